@@ -154,7 +154,7 @@ export class Model {
       present.set(goal.key, goal);
       // an event that came during the request is newer than the list
       if (this.meanwhile.some((event) => event.goal === details.id)) continue;
-      const madeEvent = this.history.goalIs(goal, now);
+      const madeEvent = this.history.addMissingGoal(goal, now);
       if (madeEvent) for (const watcher of this.watchers) watcher(madeEvent);
     }
     for (const [key, goal] of this.goals) {

@@ -3,7 +3,7 @@
 const BOARD = "SkillBoardInterface::",
   EXECUTOR = "SkillExecutorInterface::";
 
-const MOST_EARLY = 1000; // requests that replies may wait for
+const MOST_EARLY_TICKETS = 1000; // unknown requests whose replies are kept
 
 /** The lane of an executor's calls in the history. With several agents, each has a separate blackboard. */
 export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
@@ -45,8 +45,8 @@ function parameterWords(parameters) {
 /** Follows the requests of skill boards and their replies. */
 export class BoardMessages {
   constructor() {
-    this.asked = new Map(); // ticket -> the request in words
-    this.early = new Map(); // ticket -> replies that came before their request, from another process
+    this.requests = new Map(); // ticket -> the request in words
+    this.earlyReplies = new Map(); // ticket -> replies that came before their request, from another process
   }
 
   /**
@@ -56,17 +56,18 @@ export class BoardMessages {
     const ticket = event.outcome === "refused" ? null : ticketOf(event);
     if (ticket === null) return [];
     if (event.message === "RequestMessage") {
-      if (this.asked.has(ticket)) return []; // the same request, to another executor
+      if (this.requests.has(ticket)) return []; // the same request, to another executor
       const { skill, parameters, agent, name, master } = event.values,
-        early = this.early.get(ticket) || [],
+        earlyReplies = this.earlyReplies.get(ticket) || [],
         text = [skill, ...parameterWords(parameters)].join(" ") + " of " + (agent || "no agent");
-      this.asked.set(ticket, { text, request: name || String(master) });
-      this.early.delete(ticket);
-      return early.flatMap((reply) => this.changesOf(ticket, reply));
+      this.requests.set(ticket, { text, request: name || String(master) });
+      this.earlyReplies.delete(ticket);
+      return earlyReplies.flatMap((reply) => this.changesOf(ticket, reply));
     }
-    if (this.asked.has(ticket)) return this.changesOf(ticket, event);
-    this.early.set(ticket, [...(this.early.get(ticket) || []), event]);
-    if (this.early.size > MOST_EARLY) this.early.delete(this.early.keys().next().value); // the oldest
+    if (this.requests.has(ticket)) return this.changesOf(ticket, event);
+    this.earlyReplies.set(ticket, [...(this.earlyReplies.get(ticket) || []), event]);
+    if (this.earlyReplies.size > MOST_EARLY_TICKETS)
+      this.earlyReplies.delete(this.earlyReplies.keys().next().value); // the oldest
     return [];
   }
 
@@ -76,10 +77,10 @@ export class BoardMessages {
       executor = values.executor || (uid.startsWith(EXECUTOR) ? id : ""),
       type = message.replace(/Message$/, "").toUpperCase(),
       outcome = values.outcome,
-      change = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };
+      change = { type, agent, executor, ...this.requests.get(ticket), progress: values.progress || 0 };
     if (type === "FEEDBACK") return [{ ...change, status: values.text || "" }];
     if (type !== "FINISH") return [change];
-    if (outcome !== "REFUSED") this.asked.delete(ticket); // else the master asks another executor
+    if (outcome !== "REFUSED") this.requests.delete(ticket); // else the master asks another executor
     const succeeded = outcome === "SUCCEEDED";
     return [{ ...change, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
   }

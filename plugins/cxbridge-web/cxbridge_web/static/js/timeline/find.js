@@ -4,10 +4,10 @@ import { OUTCOMES } from "cx/outcome.js";
 import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";
 import { spansOf } from "cx/timeline/spans.js";
 
-const NEAR = 6; // pixels: the greatest distance of a pointed mark
+const NEAR = 6; // pixels: the greatest distance of the pointer from a mark; from a bar, a third of it
 
 /** Whether a value of the axis lies in a span, or closer to it than `slack`. */
-const within = (span, value, { axis }, now, slack) =>
+const isWithin = (span, value, { axis }, now, slack) =>
   span.from[axis] - slack <= value && (span.to || now)[axis] + slack >= value;
 
 /**
@@ -16,17 +16,19 @@ const within = (span, value, { axis }, now, slack) =>
  * @param x, y pixels within the canvas
  * @returns {{mark} | {row, item, span} | {row} | null}
  */
-export function findAt({ window, history, now, high, rows, marks, scroll }, x, y) {
+export function findAt({ window, history, now, rowHeight, rows, marks, scroll }, x, y) {
   if (y < AXIS) return null;
   const value = window.value(x),
     slack = (NEAR / window.width) * window.span;
   if (y < AXIS + MARKS) {
     const distance = (mark) => Math.abs(mark[window.axis] - value),
-      [mark] = marks.filter((each) => distance(each) <= slack).sort((a, b) => distance(a) - distance(b));
+      [mark] = marks
+        .filter((candidate) => distance(candidate) <= slack)
+        .sort((a, b) => distance(a) - distance(b));
     return mark ? { mark } : null;
   }
-  const row = rows[Math.floor((y - AXIS - MARKS + scroll) / high)];
-  const isAt = (span) => span.part !== "tail" && within(span, value, window, now, slack / 3);
+  const row = rows[Math.floor((y - AXIS - MARKS + scroll) / rowHeight)];
+  const isAt = (span) => span.part !== "tail" && isWithin(span, value, window, now, slack / 3);
   const findAmong = (items) => {
     for (const item of items) {
       const span = spansOf(item, history).findLast(isAt);

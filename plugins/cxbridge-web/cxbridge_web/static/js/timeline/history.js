@@ -8,7 +8,7 @@ import { agentAndId, BoardMessages, laneOf } from "cx/timeline/board.js";
 const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
   MOST_MARKS = 20000,
-  MOST_CHANGES = 400;
+  MOST_CHANGES = 400; // of a goal or an action, see append()
 const SKILLER = "SkillerInterface::",
   EXECUTOR = "SkillExecutorInterface::",
   NOT_SENT = new Set(["FORMULATED", "PENDING"]);
@@ -22,7 +22,7 @@ function append(changes, change) {
   if (changes.length > MOST_CHANGES) changes.splice(1, 1);
 }
 
-/** The last element of an ordered list at or before a step. */
+/** The last element of an ordered list at or before a step; undefined if there is none. */
 export const lastUpTo = (list, step, stepOf = (each) => each.step) =>
   list[countWhile(list, (each) => stepOf(each) <= step) - 1];
 /** The last goal or action that began at or before a step. */
@@ -43,7 +43,7 @@ export function ofLastAttempt({ changes }, items, step = Infinity) {
 }
 
 /** Drop the oldest twentieth of a full list. */
-function limit(list, most) {
+function dropOldest(list, most) {
   if (list.length > most) list.splice(0, most / 20);
 }
 
@@ -63,8 +63,8 @@ export class History {
     this.actions = new Map(); // key -> plan-action
     this.actionLives = new Map(); // goal, plan and id -> the plan-actions with them, in order
     this.lives = new Map(); // goalKey -> the goals with this id, in order
-    this.ofSkillers = []; // calls in SkillerInterfaces and in events of executives
-    this.ofBoard = []; // calls in the messages of skill boards
+    this.skillerCalls = []; // calls in SkillerInterfaces and in events of executives
+    this.boardCalls = []; // calls in the messages of skill boards
     this.planners = []; // calls of planners
     this.errors = []; // log lines of level error
     this.begin = null; // the time of the first event
@@ -76,31 +76,34 @@ export class History {
     this.lastCalls = new Map(); // lane -> its last call
     this.skillers = new Map(); // id -> values of the interface
     this.executors = new Map(); // lane -> {}: the known executors of skill boards
-    this.seen = new Set(); // lanes with events of an executive
+    this.executiveLanes = new Set(); // lanes with events of an executive
     this.board = new BoardMessages();
-    this.planning = new Map(); // environment and number -> a planner's call that is under way
+    this.openPlannerCalls = new Map(); // environment and number -> a planner's call that is under way
     this.stepTimes = []; // the time of each step
   }
 
   /** The skill calls, in order. Calls of a skill board are also calls of its Skillers. */
   get calls() {
-    const { ofSkillers, ofBoard } = this;
-    return ofSkillers.length && (this.seen.size || !ofBoard.length) ? ofSkillers : ofBoard;
+    const { skillerCalls, boardCalls } = this;
+    return skillerCalls.length && (this.executiveLanes.size || !boardCalls.length)
+      ? skillerCalls
+      : boardCalls;
   }
 
+  /** The moment of the latest event. */
   get end() {
     return pointAt(this.time, this.steps);
   }
 
   /** Whether a goal or a skill call is open. */
-  get goesOn() {
+  get hasOpenItems() {
     if (this.checkedRevision !== this.revision) {
       this.checkedRevision = this.revision;
       const isOpen = ({ changes }) => !hasEnded(changes.at(-1).mode);
-      this.isOn =
+      this.cachedHasOpenItems =
         [...this.lastCalls.values()].some(({ end }) => !end) || [...this.goals.values()].some(isOpen);
     }
-    return this.isOn;
+    return this.cachedHasOpenItems;
   }
 
   apply(event) {
@@ -144,7 +147,7 @@ export class History {
       this.lives.set(bareKey, [...lives, goal]);
       this.goals.set(goal.key, goal);
       this.shape += 1;
-      if (this.goals.size > MOST_GOALS) this.forget();
+      if (this.goals.size > MOST_GOALS) this.forgetRetracted();
     }
     // a later goal may use the parent's id: the goal stays below its first parent
     if (goal.parentId !== event.parent) {
@@ -161,7 +164,7 @@ export class History {
   }
 
   /** Drop the oldest retracted goals with their actions, 5 % at once. */
-  forget() {
+  forgetRetracted() {
     for (const [key, goal] of this.goals) {
       if (goal.changes.at(-1).mode !== "RETRACTED") continue;
       this.goals.delete(key);
@@ -182,7 +185,7 @@ export class History {
    * Add a goal of the API's list whose events are missing.
    * @returns an event in place of the missing events; null for a known goal
    */
-  goalIs({ name, env, cls, subType, parent, mode, outcome, error }, time) {
+  addMissingGoal({ name, env, cls, subType, parent, mode, outcome, error }, time) {
     const known = this.goals.get(this.keyOf(env, name)),
       last = known && known.changes.at(-1);
     if (last && (last.mode === mode || this.time > time)) return null;
@@ -194,17 +197,20 @@ export class History {
     return event;
   }
 
-  /** The plan-action with these ids at a step: a second attempt of the goal may use the ids again. */
+  /**
+   * Apply a change of a plan-action. A second attempt of the goal may use the action's ids again: then
+   * the key of its action ends with #2.
+   */
   on_plan_action({ env, goal, plan, action_id: id, action: name, params = "", ...event }) {
     const goalKeyNow = this.keyOf(env, goal),
-      base = goalKeyNow + "\n" + plan + " " + id,
-      lives = this.actionLives.get(base) || [];
+      baseKey = goalKeyNow + "\n" + plan + " " + id,
+      lives = this.actionLives.get(baseKey) || [];
     let action = lives.at(-1);
     if (!action || action.name !== name || (action.params && params && action.params !== params)) {
       const suffix = lives.length ? "#" + (lives.length + 1) : "";
       action = {
         kind: "action",
-        key: base + suffix,
+        key: baseKey + suffix,
         path: plan + " " + id + suffix,
         goal: goalKeyNow,
         plan,
@@ -213,7 +219,7 @@ export class History {
       };
       const text = [name, ...fields(params)].join(" ");
       Object.assign(action, { params, text, env: env || MAIN_ENV, changes: [], calls: [] });
-      this.actionLives.set(base, [...lives, action]);
+      this.actionLives.set(baseKey, [...lives, action]);
       this.actions.set(action.key, action);
       this.goals.get(goalKeyNow)?.actions.push(action);
       this.shape += 1;
@@ -224,7 +230,7 @@ export class History {
     const since = action.changes.findLast(({ state }) => NOT_SENT.has(state))?.step ?? 0,
       sentAs = event.skiller + "\n" + event.call,
       isOf = (call) => call.sentAs === sentAs && call.begin.step >= since && (!call.env || call.env === env);
-    this.link(action, this.ofSkillers.findLast(isOf) || this.ofBoard.findLast(isOf));
+    this.link(action, this.skillerCalls.findLast(isOf) || this.boardCalls.findLast(isOf));
   }
 
   /**
@@ -255,25 +261,25 @@ export class History {
     }
   }
 
-  /** The state of a Skiller as an executive sees it. */
+  /** Apply the state of a Skiller as an executive sees it. */
   on_skill(event) {
     const { env, skiller } = event,
-      own = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
+      ownLane = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
       // a Skiller without an agent in its id, which several executives use
-      isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own),
-      lane = isShared ? skiller : own,
+      isShared = this.skillers.has(skiller) && !this.skillers.has(ownLane) && !this.lastCalls.has(ownLane),
+      lane = isShared ? skiller : ownLane,
       lastCall = this.lastCalls.get(lane);
     // the times of a lane are those of its executive, as soon as there is one
-    if (!this.seen.has(lane) && lastCall && !lastCall.end) lastCall.begin = this.step();
-    this.seen.add(lane);
-    this.skillIs({ lane, ...event }, event.error);
+    if (!this.executiveLanes.has(lane) && lastCall && !lastCall.end) lastCall.begin = this.step();
+    this.executiveLanes.add(lane);
+    this.applySkillState({ lane, ...event }, event.error);
   }
 
   /**
    * Apply the state of a Skiller, of its interface or of an executive's event. Each call has a message
    * number. A `lane`, such as a Skiller, runs one skill at a time.
    */
-  skillIs({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
+  applySkillState({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),
       isSame = last && last.msgid === msgid && last.text === text,
       outcome = skillOutcome(status),
@@ -291,7 +297,8 @@ export class History {
     if (last && !last.end) this.endCall(last, "stopped");
     if (!text || outcome === "formulated") return;
     const isOfBoard = request !== undefined,
-      calls = isOfBoard ? this.ofBoard : this.ofSkillers,
+      calls = isOfBoard ? this.boardCalls : this.skillerCalls,
+      // identifies the request: its name or number on a skill board, or the Skiller and the message number
       sentAs = isOfBoard ? "\n" + request : skiller + "\n" + msgid,
       call = { kind: "skill", number: this.nextCall++, skiller, env, text, msgid, status, lane, sentAs };
     Object.assign(call, { begin: this.step(), end: null, error: "", action: null });
@@ -299,7 +306,7 @@ export class History {
     this.lastCalls.set(lane, call);
     this.shape += 1;
     if (!isRunning) this.endCall(call, status, error);
-    limit(calls, MOST_CALLS);
+    dropOldest(calls, MOST_CALLS);
   }
 
   endCall(call, status, error = "") {
@@ -310,22 +317,22 @@ export class History {
   }
 
   on_interface({ uid, values: changedValues }) {
-    if (uid.startsWith(EXECUTOR)) this.robotIs(this.executors, laneOf(...agentAndId(uid)));
+    if (uid.startsWith(EXECUTOR)) this.storeRobot(this.executors, laneOf(...agentAndId(uid)));
     if (!uid.startsWith(SKILLER)) return;
     const [env, skiller] = agentAndId(uid),
       id = env ? env + "/" + skiller : skiller,
       values = { ...this.skillers.get(id), ...changedValues };
-    this.robotIs(this.skillers, id, values);
+    this.storeRobot(this.skillers, id, values);
     const lane = this.laneOfSkiller(id),
       last = this.lastCalls.get(lane);
     // the executive reads the interface a loop later, before its plan-actions change: use the executive's
     // time
-    if (!this.seen.has(lane)) this.skillIs({ ...values, skiller, env, lane }, values.error);
+    if (!this.executiveLanes.has(lane)) this.applySkillState({ ...values, skiller, env, lane }, values.error);
     else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed")
       last.error ||= values.error;
   }
   /** Store the values of a robot; a new robot is a new row. */
-  robotIs(map, lane, values = {}) {
+  storeRobot(map, lane, values = {}) {
     if (!map.has(lane)) this.shape += 1;
     map.set(lane, values);
   }
@@ -338,9 +345,9 @@ export class History {
   get lanes() {
     const { calls } = this,
       lanes = new Map(Map.groupBy(calls, (call) => call.lane)),
-      known = calls === this.ofBoard && calls.length ? this.executors : this.skillers;
-    for (const id of known.keys()) {
-      const lane = known === this.skillers ? this.laneOfSkiller(id) : id;
+      robots = calls === this.boardCalls && calls.length ? this.executors : this.skillers;
+    for (const id of robots.keys()) {
+      const lane = robots === this.skillers ? this.laneOfSkiller(id) : id;
       if (!lanes.has(lane)) lanes.set(lane, []);
     }
     return lanes;
@@ -360,7 +367,7 @@ export class History {
           lane,
           request,
         };
-        this.skillIs({ ...skillState, status: "S_RUNNING" });
+        this.applySkillState({ ...skillState, status: "S_RUNNING" });
       } else if (!call || call.end || call.sentAs !== "\n" + request) continue;
       else if (type === "FEEDBACK") {
         call.feedbacks = (call.feedbacks || 0) + 1;
@@ -373,7 +380,7 @@ export class History {
 
   on_planner({ env, call, planner: name, goal, problem: text = "", status, reason }) {
     const key = env + " " + call;
-    let plannerCall = this.planning.get(key);
+    let plannerCall = this.openPlannerCalls.get(key);
     if (!plannerCall) {
       plannerCall = {
         kind: "planner",
@@ -387,9 +394,9 @@ export class History {
       this.planners.push(plannerCall);
     }
     plannerCall.status = status;
-    this.planning.set(key, plannerCall);
+    this.openPlannerCalls.set(key, plannerCall);
     if (status === "started") return;
-    this.planning.delete(key);
+    this.openPlannerCalls.delete(key);
     plannerCall.end = this.step();
     if (reason) plannerCall.text = reason;
   }
@@ -397,7 +404,7 @@ export class History {
   on_log({ level, component, text }) {
     if (level !== "E") return;
     this.errors.push({ kind: "error", ...this.end, level, component, text });
-    limit(this.errors, MOST_MARKS);
+    dropOldest(this.errors, MOST_MARKS);
   }
 
   callOf(number) {

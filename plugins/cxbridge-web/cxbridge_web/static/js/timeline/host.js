@@ -52,7 +52,7 @@ export class PageHost {
   /** @param show draws the view again @param href(path) the address of a path */
   constructor(app, show, href = timelineAddress) {
     Object.assign(this, { app, show, href });
-    this.at = null; // the chosen moment of a live run
+    this.chosenMoment = null; // the chosen moment of a live run
     this.isLive = !app.recording;
   }
   get history() {
@@ -70,17 +70,17 @@ export class PageHost {
   }
   /** The chosen moment; null: now. @returns {Moment | null} */
   cursor() {
-    return this.isLive ? this.at : { time: this.app.recording.time, step: this.app.model.step };
+    return this.isLive ? this.chosenMoment : { time: this.app.recording.time, step: this.app.model.step };
   }
   /** Choose a moment; null: now. */
   setCursor(point) {
-    if (this.isLive) this.at = point;
+    if (this.isLive) this.chosenMoment = point;
     this.app.select({ time: point && point.time });
     this.show();
   }
   /** Take a moment that another view chose; null: now. */
-  momentIs(time) {
-    if (this.isLive) this.at = time === null ? null : { time, step: this.history.stepsUpTo(time) };
+  takeMoment(time) {
+    if (this.isLive) this.chosenMoment = time === null ? null : { time, step: this.history.stepsUpTo(time) };
   }
   /** Open the address of a path. @param isReplaced whether the browser's history keeps no step for it */
   go(path, isReplaced = false) {

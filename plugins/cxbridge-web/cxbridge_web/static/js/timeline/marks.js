@@ -1,5 +1,5 @@
 // The marks of errors on the axis: log lines of level error, and skill calls that failed.
-const known = new WeakMap(); // history -> its marks, and their revision
+const cachedMarks = new WeakMap(); // history -> its marks, and their revision
 
 /**
  * The marks of a history, in order; marks of skill calls also have `call`.
@@ -7,11 +7,11 @@ const known = new WeakMap(); // history -> its marks, and their revision
  */
 export function marksOf(history) {
   const { revision, calls, errors } = history,
-    cached = known.get(history);
+    cached = cachedMarks.get(history);
   if (cached && cached.revision === revision) return cached.marks;
   const failed = calls.filter(({ error, end }) => error && end).map(markOf),
     marks = [...errors, ...failed].sort((a, b) => a.step - b.step || a.time - b.time);
-  known.set(history, { revision, marks });
+  cachedMarks.set(history, { revision, marks });
   return marks;
 }
 

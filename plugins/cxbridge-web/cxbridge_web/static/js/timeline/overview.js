@@ -4,8 +4,8 @@ import { Canvas, fillBox, gestures, ink } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 import { spansOf } from "cx/timeline/spans.js";
 
-const HIGH = 34, // pixels: the height of the strip, as in css/timeline.css
-  END = 8; // pixels around an end of the frame at which it can be grabbed
+const HEIGHT = 34, // pixels: the height of the strip, as in css/timeline.css
+  GRAB_DISTANCE = 8; // pixels around an end of the frame at which it can be grabbed
 
 export class Overview {
   /** @param component the timeline: {window, rows, history, now, marks} */
@@ -42,10 +42,13 @@ export class Overview {
     return ((value - from) / (to - from)) * this.canvas.width;
   }
   isNear(x, value) {
-    return Math.abs(x - this.xOf(value)) < END;
+    return Math.abs(x - this.xOf(value)) < GRAB_DISTANCE;
   }
 
-  /** Begin a drag of the frame or of its end; a press beside the frame moves it to the pointer. */
+  /**
+   * Begin a drag of the frame or of its end; a press beside the frame moves it to the pointer.
+   * @returns the function that gets the pixels to which the pointer is dragged
+   */
   grab(x) {
     const { window } = this.component,
       begin = this.valueAt(x),
@@ -62,8 +65,8 @@ export class Overview {
     };
   }
 
-  /** Count the running goals of each pixel, and mark the pixels with failures. */
-  count(width) {
+  /** For each pixel, the number of running goals, and 1 for a failure: {running, failed}. */
+  countGoals(width) {
     const { history, now, window, rows } = this.component,
       size = Math.ceil(width) + 1,
       changes = new Int32Array(size + 1), // of the number of running goals, at each pixel
@@ -101,11 +104,11 @@ export class Overview {
     this.paintFrame(context, width, colours, cursorValue);
   }
   paintPicture(context, width, ratio, { dim, outcomes }) {
-    const { running, failed } = this.count(width),
-      scale = (HIGH - 10) / Math.max(1, ...running);
+    const { running, failed } = this.countGoals(width),
+      scale = (HEIGHT - 10) / Math.max(1, ...running);
     context.scale(ratio, ratio);
     for (const [x, count] of running.entries())
-      if (count) fillBox(context, dim, x, HIGH - 3 - count * scale, 1, count * scale, 0.25);
+      if (count) fillBox(context, dim, x, HEIGHT - 3 - count * scale, 1, count * scale, 0.25);
     for (const [x, hasFailure] of failed.entries())
       if (hasFailure) fillBox(context, outcomes.failed.fill, x - 1, 1, 3, 6);
   }
@@ -113,13 +116,13 @@ export class Overview {
     const { window } = this.component,
       left = Math.max(0, this.xOf(window.from)),
       right = Math.min(width, this.xOf(window.to));
-    fillBox(context, panel, 0, 0, left, HIGH, 0.72);
-    fillBox(context, panel, right, 0, width - right, HIGH, 0.72);
+    fillBox(context, panel, 0, 0, left, HEIGHT, 0.72);
+    fillBox(context, panel, right, 0, width - right, HEIGHT, 0.72);
     context.beginPath();
-    context.rect(left + 0.75, 0.75, Math.max(2, right - left - 1.5), HIGH - 1.5);
+    context.rect(left + 0.75, 0.75, Math.max(2, right - left - 1.5), HEIGHT - 1.5);
     ink(context, { stroke: focus, width: 1.5 });
-    for (const x of [left, right - 3]) fillBox(context, focus, x, HIGH / 2 - 7, 3, 14);
-    if (cursorValue !== null) fillBox(context, focus, this.xOf(cursorValue) - 0.5, 0, 1.5, HIGH);
+    for (const x of [left, right - 3]) fillBox(context, focus, x, HEIGHT / 2 - 7, 3, 14);
+    if (cursorValue !== null) fillBox(context, focus, this.xOf(cursorValue) - 0.5, 0, 1.5, HEIGHT);
   }
   gone() {
     this.canvas.gone();

@@ -4,14 +4,15 @@ import { fillBox, ink, line } from "cx/canvas.js";
 import { clockText, durationText, pad } from "cx/dom.js";
 import { countWhile } from "cx/names.js";
 import { spansOf, stacked } from "cx/timeline/spans.js";
-import { ticks } from "cx/timeline/window.js";
+import { axisStep } from "cx/timeline/window.js";
 
-export const AXIS = 24; // pixels: the axis
-export const MARKS = 18; // the lane of errors below the axis
+export const AXIS = 24; // pixels: the height of the axis
+export const MARKS = 18; // pixels: the height of the lane of errors below the axis
 const FONT = "11px system-ui, sans-serif",
-  LETTER = 6.1, // mean width of a letter
-  LEAST = 4; // width of the narrowest bar
+  LETTER_WIDTH = 6.1, // pixels: the mean width of a letter in this font
+  LEAST_BAR_WIDTH = 4; // pixels: the width of the narrowest bar
 
+/** Whether items with this outcome are drawn so that they stand out. */
 const isLoud = (outcome) => outcome === "failed";
 const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
 
@@ -26,15 +27,15 @@ export function axisText(value, step, unit, zero) {
   if (zero === null) return clockText(value, step >= 1 ? 0 : step >= 0.001 ? 3 : 6);
   const seconds = (value - zero) / 1e6;
   if (step < 1 || Math.abs(seconds) < 60) return Number(seconds.toFixed(step >= 0.001 ? 3 : 6)) + " s";
-  const whole = Math.round(Math.abs(seconds)),
-    [hours, minutes] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60],
+  const wholeSeconds = Math.round(Math.abs(seconds)),
+    [hours, minutes] = [Math.floor(wholeSeconds / 3600), Math.floor(wholeSeconds / 60) % 60],
     text = hours ? hours + ":" + pad(minutes) : minutes;
-  return (seconds < 0 ? "-" : "") + text + ":" + pad(whole % 60);
+  return (seconds < 0 ? "-" : "") + text + ":" + pad(wholeSeconds % 60);
 }
 
 /** A text, cut to a width in pixels; "" if there is room for less than three letters. */
 const cutTo = (text, room) => {
-  const most = Math.floor(room / LETTER);
+  const most = Math.floor(room / LETTER_WIDTH);
   return text.length <= most ? text : most < 3 ? "" : text.slice(0, most - 1) + "…";
 };
 
@@ -53,12 +54,15 @@ export class Painter {
     this.context.fillText(text, x, y);
   }
 
-  /** The left and right end of a span in pixels; null for an invisible span. */
+  /**
+   * The left and right end of a span in pixels; null for an invisible span. An end beside the canvas is at
+   * most 20 pixels away, far enough that the rounded corners of the bar are not seen.
+   */
   edges({ from, to }) {
     const { window } = this,
       left = window.place(from),
       right = window.place(to || this.now);
-    return right < -LEAST || left > window.width + LEAST
+    return right < -LEAST_BAR_WIDTH || left > window.width + LEAST_BAR_WIDTH
       ? null
       : [Math.max(left, -20), Math.min(right, window.width + 20)];
   }
@@ -76,14 +80,14 @@ export class Painter {
   }
 
   row(row, y) {
-    const { palette, high } = this;
+    const { palette, rowHeight } = this;
     if (row.key === this.selected)
-      fillBox(this.context, palette.focus, 0, y, this.window.width, high - 1, 0.1);
+      fillBox(this.context, palette.focus, 0, y, this.window.width, rowHeight - 1, 0.1);
     if (row.kind === "robot") this.robot(row.item, y);
     else if (row.kind === "group") {
       if (row.key === "robots" && !row.open) for (const lane of row.item) this.robot(lane.item, y);
     } else if (row.isSummary) this.summary(row.item, y);
-    else this.life(row.item, y);
+    else this.goalOrAction(row.item, y);
   }
 
   /** Draw a goal as a line, because its parts have rows with bars. */
@@ -93,12 +97,13 @@ export class Painter {
         { fill, edge } = this.palette.outcomes[span.outcome],
         [colour, alpha] = isLoud(span.outcome) ? [fill, 1] : [edge, 0.55];
       if (span.part === "wait") this.wait(edges, y);
-      else fillBox(this.context, colour, left, y + this.high / 2 - 2, Math.max(right - left, 2), 4, alpha);
+      else
+        fillBox(this.context, colour, left, y + this.rowHeight / 2 - 2, Math.max(right - left, 2), 4, alpha);
     }
   }
 
   /** Draw a goal with its actions in its bar, or an action. */
-  life(item, y) {
+  goalOrAction(item, y) {
     for (const { span, edges, until } of this.spans(item)) {
       const hasActions = item.kind === "goal" && item.actions.length;
       if (span.part === "wait" || hasActions) this.wait(edges, y);
@@ -108,14 +113,14 @@ export class Painter {
     }
   }
   /** Draw the actions within a span of their goal, parallel actions below each other. */
-  actions(actions, whole, y, until) {
-    const spans = stacked(actions, whole, this.history);
+  actions(actions, goalSpan, y, until) {
+    const spans = stacked(actions, goalSpan, this.history);
     for (const [at, { item, span, lane, lanes }] of spans.entries()) {
       const edges = this.edges(span),
         next = spans.slice(at + 1).find((each) => each.lane === lane),
-        free = next ? this.until(next.span.from) : until,
+        freeUntil = next ? this.until(next.span.from) : until,
         text = lanes > 1 ? "" : this.textOf(item, span);
-      if (edges) this.bar(item, span.outcome, edges, y, text, free, lane, lanes);
+      if (edges) this.bar(item, span.outcome, edges, y, text, freeUntil, lane, lanes);
     }
   }
   /**
@@ -135,13 +140,13 @@ export class Painter {
   /** Draw the time of waiting as a thin line. */
   wait([left, right], y) {
     const colour = this.palette.outcomes.formulated.edge;
-    fillBox(this.context, colour, left, y + this.high / 2 - 0.5, right - left, 1, 0.6);
+    fillBox(this.context, colour, left, y + this.rowHeight / 2 - 0.5, right - left, 1, 0.6);
   }
 
   /** Draw the calls of a robot. @param calls ordered by their begin */
   robot(calls, y) {
     let drawnX = -Infinity; // the right end of the last drawn bar
-    for (let at = firstSeen(calls, this.window); at < calls.length; at++) {
+    for (let at = firstVisible(calls, this.window); at < calls.length; at++) {
       const call = calls[at];
       if (call.begin[this.window.axis] > this.window.to) break;
       const [span] = spansOf(call, this.history),
@@ -158,12 +163,12 @@ export class Painter {
    * @param lane, lanes the place of the bar among bars below each other
    */
   bar(item, outcome, [left, right], y, text, freeUntil, lane = 0, lanes = 1) {
-    const { context, high, late, palette } = this,
+    const { context, rowHeight, late, palette } = this,
       look = palette.outcomes[outcome],
       isLate = late.has(item) || item.calls?.some((call) => late.has(call)),
-      height = (high - 8) / lanes,
+      height = (rowHeight - 8) / lanes,
       top = y + 4 + lane * height,
-      width = Math.max(right - left - (right - left > 4 ? 1 : 0), LEAST),
+      width = Math.max(right - left - (right - left > 4 ? 1 : 0), LEAST_BAR_WIDTH),
       hasEdge = outcome !== "completed" && !isLoud(outcome) && width > 3;
     context.beginPath();
     context.roundRect(left, top, width, height - (lanes > 1 ? 1 : 0), Math.min(3, width / 4));
@@ -178,20 +183,20 @@ export class Painter {
       room = Math.min(left + width, this.window.width) - visibleLeft - 10,
       behind = freeUntil - left - width;
     if (room > 20) this.text(cutTo(markedText, room), look.ink, visibleLeft + 5, middle);
-    if (room < markedText.length * LETTER && isLoud(outcome) && behind > 60)
+    if (room < markedText.length * LETTER_WIDTH && isLoud(outcome) && behind > 60)
       this.text(cutTo(markedText, behind - 12), palette.loud, left + width + 5, middle);
   }
 
   /** Draw the axis, and its lines through the rows. */
   axis(bottom) {
     const { context, window, palette } = this,
-      { step, unit } = ticks(window),
+      { step, unit } = axisStep(window),
       zero = unit === 1 ? 0 : (this.zero ?? dayBegin(window.from)),
       gap = step * unit;
     for (let value = zero + Math.ceil((window.from - zero) / gap) * gap; value <= window.to; value += gap) {
       const x = Math.round(window.x(value)),
         text = axisText(value, step, unit, this.zero),
-        width = text.length * LETTER;
+        width = text.length * LETTER_WIDTH;
       fillBox(context, palette.line, x, AXIS - 6, 1, bottom - AXIS + 6, 0.5);
       this.text(text, palette.dim, Math.max(2, Math.min(x - width / 2, window.width - width - 2)), 10);
     }
@@ -202,7 +207,7 @@ export class Painter {
     const { context, window, palette } = this,
       { fill, ink: colour } = palette.outcomes.failed;
     let drawnX = -10; // the place of the last drawn mark
-    for (let at = firstSeen(marks, window, (each) => each); at < marks.length; at++) {
+    for (let at = firstVisible(marks, window, (each) => each); at < marks.length; at++) {
       const x = window.place(marks[at]);
       if (x > window.width + 6) break;
       if (x < drawnX + 3) continue;
@@ -232,5 +237,5 @@ export class Painter {
 const dayBegin = (time) => new Date(time / 1000).setHours(0, 0, 0, 0) * 1000;
 
 /** The index of the last item that begins before the window, and so may reach into the window. */
-const firstSeen = (list, window, pointOf = (each) => each.begin) =>
+const firstVisible = (list, window, pointOf = (each) => each.begin) =>
   Math.max(0, countWhile(list, (each) => pointOf(each)[window.axis] < window.from) - 1);

@@ -6,14 +6,14 @@ import { NAMES, OUTCOMES } from "cx/outcome.js";
 import { nameOfLane } from "cx/timeline/board.js";
 import { outcomeAt, spansOf, timesOf } from "cx/timeline/spans.js";
 
-const known = new WeakMap(); // history -> its Rows, whose folds outlive the view
+const rowsByHistory = new WeakMap(); // history -> its Rows, whose folds outlive the view
 
 /** The names of robots by their lanes; robots with equal names have their lanes as names. */
 export function robotNames(lanes) {
   const names = new Map([...lanes].map(([lane, [call]]) => [lane, call?.skiller ?? nameOfLane(lane)])),
     all = [...names.values()],
-    isTwice = (name) => all.indexOf(name) !== all.lastIndexOf(name);
-  for (const [lane, name] of names) if (isTwice(name)) names.set(lane, lane);
+    isAmbiguous = (name) => all.indexOf(name) !== all.lastIndexOf(name);
+  for (const [lane, name] of names) if (isAmbiguous(name)) names.set(lane, lane);
   return names;
 }
 
@@ -21,7 +21,9 @@ export function robotNames(lanes) {
  * @typedef {object} Row
  * @property {string} key
  * @property {"group" | "robot" | "goal" | "action"} kind
- * @property {object} item the goal or action; the calls of a robot
+ * @property {string} name
+ * @property {object} item the goal or action; the calls of a robot; the rows in a group
+ *   of robots or planners; [] for an environment
  * @property {number} depth
  * @property {boolean | null} open null: a row without rows below it
  * @property {boolean} isSummary whether the parts of the goal have rows; else its bar contains its actions
@@ -32,17 +34,17 @@ export class Rows {
   constructor(history) {
     this.history = history;
     this.folds = new Map(); // key -> open or not, by the user
-    this.wanted = "";
+    this.searchText = ""; // in lower case; empty: no search
     this.outcomes = new Set(); // empty: all
-    this.inSight = null; // a TimeWindow: only goals with a bar in the window
-    this.env = "";
+    this.visibleWindow = null; // a TimeWindow: only goals with a bar in the window
+    this.env = ""; // the environment of the shown goals; empty: all
     this.opensAll = null; // whether all rows are open; null: only goals with sub-goals
   }
   /** The rows of a history without filters, with the folds of the last view. */
   static of(history) {
-    const { folds = new Map(), opensAll = null } = known.get(history) || {},
+    const { folds = new Map(), opensAll = null } = rowsByHistory.get(history) || {},
       rows = Object.assign(new Rows(history), { folds, opensAll });
-    known.set(history, rows);
+    rowsByHistory.set(history, rows);
     return rows;
   }
 
@@ -56,7 +58,7 @@ export class Rows {
   }
   /** Whether a filter is set. */
   get hasFilters() {
-    return this.wanted !== "" || this.outcomes.size > 0 || this.inSight !== null;
+    return this.searchText !== "" || this.outcomes.size > 0 || this.visibleWindow !== null;
   }
 
   get goals() {
@@ -76,15 +78,15 @@ export class Rows {
     const { error = "" } = item.changes.at(-1),
       words = [item.id, item.cls, item.name, item.subType, item.env, error].join(" ").toLowerCase();
     if (this.outcomes.size && !this.outcomes.has(outcomeAt(item))) return false;
-    if (!words.includes(this.wanted)) return false;
-    if (!this.inSight) return true;
+    if (!words.includes(this.searchText)) return false;
+    if (!this.visibleWindow) return true;
     const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail"),
-      { axis, from, to } = this.inSight,
+      { axis, from, to } = this.visibleWindow,
       end = spans.at(-1)?.to;
     return spans.length > 0 && spans[0].from[axis] <= to && (!end || end[axis] >= from);
   }
 
-  robots() {
+  robotRows() {
     const lanes = [...this.history.lanes].sort(([a], [b]) => (a < b ? -1 : 1)),
       names = robotNames(lanes);
     return lanes.map(([lane, item]) => ({
@@ -94,37 +96,39 @@ export class Rows {
       item,
     }));
   }
-  planners() {
+  /** The row of all planners' calls, in a list; [] without calls. */
+  planningRows() {
     const { planners } = this.history;
     return planners.length ? [{ key: "planners", kind: "robot", name: "planners", item: planners }] : [];
   }
 
-  /** @returns {Row[]} */
+  /** All rows, from top to bottom. @returns {Row[]} */
   list() {
     const group = (key, name, lanes) => {
       const open = this.isOpen(key, true),
-        inside = open ? lanes.map((lane) => ({ ...lane, depth: 1, open: null })) : [];
-      return lanes.length ? [{ key, kind: "group", name, item: lanes, depth: 0, open }, ...inside] : [];
+        laneRows = open ? lanes.map((lane) => ({ ...lane, depth: 1, open: null })) : [];
+      return lanes.length ? [{ key, kind: "group", name, item: lanes, depth: 0, open }, ...laneRows] : [];
     };
-    const { calls, ofBoard } = this.history,
-      isBoard = calls === ofBoard && ofBoard.length;
+    const { calls, boardCalls } = this.history,
+      isBoard = calls === boardCalls && boardCalls.length;
     return [
-      ...group("robots", isBoard ? "Executors" : "Robots", this.robots()),
-      ...group("planning", "Planning", this.planners()),
+      ...group("robots", isBoard ? "Executors" : "Robots", this.robotRows()),
+      ...group("planning", "Planning", this.planningRows()),
       ...this.goalRows(),
     ];
   }
 
+  /** The rows of the goals' trees, each goal before its parts; several environments have headings. */
   goalRows() {
     const rows = [],
       { goals, hasFilters } = this,
       { parents, children, roots } = forestOfGoals(goals),
       // a filter keeps the goals above a match
       shown = hasFilters ? this.withAncestors(goals, parents) : null,
-      hasEnvs = new Set(goals.map(({ env }) => env)).size > 1;
+      hasSeveralEnvs = new Set(goals.map(({ env }) => env)).size > 1;
     const stack = [...roots].reverse().map((goal) => [goal, 0]);
     let env = null;
-    if (hasEnvs) stack.sort(([a], [b]) => (a.env < b.env ? 1 : a.env > b.env ? -1 : 0));
+    if (hasSeveralEnvs) stack.sort(([a], [b]) => (a.env < b.env ? 1 : a.env > b.env ? -1 : 0));
     while (stack.length) {
       const [item, depth] = stack.pop(),
         isGoal = item.kind === "goal",
@@ -133,7 +137,7 @@ export class Rows {
         hasGoals = (list) => list.some(({ kind }) => kind === "goal"),
         usual = hasFilters || (this.opensAll ?? hasGoals(shownParts)),
         open = shownParts.length ? this.isOpen(item.key, usual) : null;
-      if (hasEnvs && isGoal && !depth && item.env !== env) {
+      if (hasSeveralEnvs && isGoal && !depth && item.env !== env) {
         ({ env } = item);
         rows.push({ key: "env " + env, kind: "group", name: env, item: [], depth: 0, open: null });
       }
@@ -152,7 +156,7 @@ export class Rows {
         for (let at = key; at && !shown.has(at); at = parents.get(at)) shown.add(at);
       };
     for (const goal of goals) {
-      const actions = this.wanted ? goal.actions.filter((action) => this.fits(action)) : [];
+      const actions = this.searchText ? goal.actions.filter((action) => this.fits(action)) : [];
       for (const { key } of actions) shown.add(key);
       if (actions.length || this.fits(goal)) add(goal.key);
     }
@@ -170,13 +174,13 @@ export class Rows {
   }
 }
 
-const SHORT = 14, // characters of a name that always fits
-  TAIL = 6; // characters at the end of a name that stay visible: they tell goals of a class apart
-const isLife = ({ kind }) => kind === "goal" || kind === "action";
+const SHORT = 14, // characters: a name of at most this length fits into its column, and is not divided
+  TAIL = 6; // characters at the end of a longer name that stay visible: they tell goals of a class apart
+const isGoalOrAction = ({ kind }) => kind === "goal" || kind === "action";
 
 /** Identifies the look of a row, which is drawn again when this value changes. @param step the moment */
 export function signOf(row, step) {
-  if (!isLife(row)) return row.depth + " " + row.open + " " + row.item.length;
+  if (!isGoalOrAction(row)) return row.depth + " " + row.open + " " + row.item.length;
   const { changes, cls } = row.item;
   return [row.depth, row.open, outcomeAt(row.item, step), changes.length, cls].join("|");
 }
@@ -193,7 +197,8 @@ function goalName({ id, cls }) {
 /** The nodes with the name of a row. */
 export function nameOf(row, history, step) {
   const { item, kind } = row;
-  if (!isLife(row)) return el("span.main-text", el.b(row.name), kind === "robot" && dim(" " + item.length));
+  if (!isGoalOrAction(row))
+    return el("span.main-text", el.b(row.name), kind === "robot" && dim(" " + item.length));
   const outcome = outcomeAt(item, step),
     title = item.id + " " + (item.cls || item.name || ""),
     tone = outcome === "completed" || !outcome ? " dim" : " o-" + outcome,
@@ -201,12 +206,12 @@ export function nameOf(row, history, step) {
   return [
     el.i({ class: "tl-icon" + tone, "aria-hidden": "true" }, outcome ? OUTCOMES[outcome].icon : ""),
     el.span({ class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title }, text),
-    el("span.hear-only", spoken(row, history, outcome)),
+    el("span.hear-only", spokenName(row, history, outcome)),
   ];
 }
 
 /** The name of a row for screen readers. */
-function spoken({ kind, item }, history, outcome) {
+function spokenName({ kind, item }, history, outcome) {
   const { ran } = timesOf(item, history),
     parts = [
       kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.text,

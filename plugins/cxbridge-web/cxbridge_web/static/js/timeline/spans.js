@@ -39,16 +39,16 @@ function goalSpans(goal) {
       from = changes[0],
       to = next ? next.changes[0] : null,
       isOver = next && (next.part === "tail" || next.part === "gone"),
-      ended = isOver ? goalOutcome(next.changes.at(-1)) : null;
+      endOutcome = isOver ? goalOutcome(next.changes.at(-1)) : null;
     if (part === "gone") return [];
     if (part === "tail") return { from, to, part, outcome: goalOutcome(changes.at(-1)) };
-    if (part === "run") return { from, to, part, outcome: ended || (next ? "retracted" : "running") };
+    if (part === "run") return { from, to, part, outcome: endOutcome || (next ? "retracted" : "running") };
     if (next?.part !== "tail")
-      return { from, to, part, outcome: next?.part === "gone" ? ended : "formulated" };
+      return { from, to, part, outcome: next?.part === "gone" ? endOutcome : "formulated" };
     // a goal that was never dispatched runs from its selection to its outcome
     const began = changes[1] || to,
       wait = began === from ? [] : [{ from, to: began, part, outcome: "formulated" }];
-    return [...wait, { from: began, to, part: "run", outcome: ended }];
+    return [...wait, { from: began, to, part: "run", outcome: endOutcome }];
   });
 }
 
@@ -64,17 +64,18 @@ function actionSpans(action, gone) {
     if (part === "tail" && !spans.length)
       spans.push({ from, to: from, part: "run", outcome: actionOutcome(from.state) });
     if (part === "none" || part === "tail") continue;
-    const ended = next?.part === "tail" ? actionOutcome(next.changes.at(-1).state) : null,
+    const endOutcome = next?.part === "tail" ? actionOutcome(next.changes.at(-1).state) : null,
       hasFailed = !next && actionOutcome(last.state) === "failed",
       isAbandoned = !next && !hasFailed && gone && gone.step > last.step,
       to = next ? next.changes[0] : hasFailed ? last : isAbandoned ? gone : null,
-      open = part === "wait" ? "formulated" : hasFailed ? "failed" : isAbandoned ? "retracted" : "running";
-    spans.push({ from, to, part, outcome: ended || open });
+      openOutcome =
+        part === "wait" ? "formulated" : hasFailed ? "failed" : isAbandoned ? "retracted" : "running";
+    spans.push({ from, to, part, outcome: endOutcome || openOutcome });
   }
   return spans;
 }
 
-const known = new WeakMap(); // item -> its spans, and the sign of their state
+const spanCache = new WeakMap(); // item -> its spans, and the sign of their state
 const plannerOutcome = ({ end, status }) => (!end ? "running" : status === "found" ? "completed" : "failed");
 
 /** The spans of a goal, an action, a skill call or a planner's call. @returns {Span[]} in order */
@@ -86,12 +87,12 @@ export function spansOf(item, history) {
   const isAction = item.kind === "action",
     goal = isAction ? history.goals.get(item.goal) : item,
     sign = [item.changes.length, item.changes.at(-1).step, goal?.changes.length].join(),
-    cached = known.get(item);
+    cached = spanCache.get(item);
   if (cached && cached.sign === sign) return cached.spans;
   const [first] = item.changes,
     isGone = ({ mode, step }) => mode === "RETRACTED" && step > first.step,
     spans = isAction ? actionSpans(item, goal?.changes.find(isGone) || null) : goalSpans(item);
-  known.set(item, { sign, spans });
+  spanCache.set(item, { sign, spans });
   return spans;
 }
 
@@ -99,9 +100,9 @@ export function spansOf(item, history) {
  * The runs of actions within a span of their goal, in lanes without overlaps.
  * @returns {{item: object, span: Span, lane: number, lanes: number}[]} in the order of their beginnings
  */
-export function stacked(actions, whole, history) {
+export function stacked(actions, goalSpan, history) {
   const laneEnds = [], // the last step in each lane
-    isWithin = ({ step }) => step >= whole.from.step && (!whole.to || step <= whole.to.step),
+    isWithin = ({ step }) => step >= goalSpan.from.step && (!goalSpan.to || step <= goalSpan.to.step),
     runs = actions
       .flatMap((item) => spansOf(item, history).map((span) => ({ item, span })))
       .filter(({ span }) => span.part === "run" && isWithin(span.from))
@@ -135,7 +136,9 @@ export function timesOf(item, history) {
     start = runs[0]?.from ?? null,
     end = runs.at(-1)?.to ?? null;
   return {
-    ...{ begin, start, end },
+    begin,
+    start,
+    end,
     waited: start ? start.time - begin.time : null,
     ran: end ? end.time - start.time : null,
   };

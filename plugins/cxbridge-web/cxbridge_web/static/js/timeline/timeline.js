@@ -26,7 +26,7 @@ export class Timeline {
     this.host = host;
     this.path = {};
     this.clickedAt = -Infinity;
-    this.clicked = null; // the item of the last click
+    this.clickedItem = null; // the item of the last click
     this.shape = -1; // the shape of the history whose rows are listed
     this.rows = Rows.of(host.history);
     this.window = new TimeWindow((axis) => this.range(axis));
@@ -35,7 +35,7 @@ export class Timeline {
     this.window.listeners.add(() => this.moved());
     pointerInput(this.canvas.node, this);
     keyInput(this.box, this);
-    if (host.isLive) this.timer = setInterval(() => this.tick(), LIVE_MS);
+    if (host.isLive) this.tickTimer = setInterval(() => this.tick(), LIVE_MS);
     this.relist();
   }
 
@@ -60,9 +60,9 @@ export class Timeline {
     this.detail = new Detail(this.host, () => this.later());
     this.toolbar = new Toolbar(this, tools);
     this.tip = new Tip(this.canvas.node);
-    this.empty = el("div.tl-empty", { hidden: true });
+    this.emptyBox = el("div.tl-empty", { hidden: true });
     const corner = el("div.tl-corner.dim", el.span("errors")),
-      body = el("div.tl-body", corner, this.canvas.node, this.list.box, this.empty, this.tip.box),
+      body = el("div.tl-body", corner, this.canvas.node, this.list.box, this.emptyBox, this.tip.box),
       main = el("div.tl-main", this.overview.canvas.node, body);
     this.box = el("div.tl", this.toolbar.box, el("div.tl-columns", main, this.detail.box));
     this.box.timeline = this; // for scripts that drive the page
@@ -84,7 +84,7 @@ export class Timeline {
     const { history } = this,
       begin = history.begin ?? this.now.time,
       // the picture of a finished run stops shrinking
-      isOver = this.host.isLive && history.steps > 0 && !history.goesOn,
+      isOver = this.host.isLive && history.steps > 0 && !history.hasOpenItems,
       end = isOver ? history.stepTimes.at(-1) : this.now.time;
     if (axis === "step") return { from: 0, to: Math.max(1, history.steps) };
     return { from: begin, to: Math.max(end, begin + 1000) };
@@ -115,13 +115,13 @@ export class Timeline {
     return this.lateCalls;
   }
   /**
-   * What is drawn: window, history, rows, marks; now and zero, see host.js; late: the late calls; high: the
-   * height of a row; scroll: pixels; selected: the key of the selected row; chosen: the item of the path.
+   * What is drawn: window, history, rows, marks; now and zero, see host.js; late: the late calls;
+   * rowHeight and scroll: pixels; selected: the key of the selected row; chosen: the item of the path.
    */
   get scene() {
     const { window, history, now, zero, late, marks, list } = this;
     return {
-      ...{ window, history, now, zero, late, marks, high: list.rowHeight, selected: list.selected },
+      ...{ window, history, now, zero, late, marks, rowHeight: list.rowHeight, selected: list.selected },
       ...{ rows: list.items, scroll: list.box.scrollTop, chosen: resolve(this.path, history).item },
     };
   }
@@ -147,9 +147,9 @@ export class Timeline {
   /** Draw again after a change of the window. */
   moved() {
     this.later();
-    if (!this.rows.inSight) return;
-    clearTimeout(this.settling);
-    this.settling = setTimeout(() => this.relist(), SETTLED_MS);
+    if (!this.rows.visibleWindow) return;
+    clearTimeout(this.settleTimer);
+    this.settleTimer = setTimeout(() => this.relist(), SETTLED_MS);
   }
   /** Let a live run move on. */
   tick() {
@@ -184,14 +184,14 @@ export class Timeline {
     const { list } = this;
     this.isListDirty = false;
     list.set(this.items);
-    if (this.revealing) list.mark(list.selected, true);
-    if (this.failureRow > 0) list.reveal(this.failureRow);
-    this.revealing = false;
-    this.failureRow = 0;
+    if (this.mustReveal) list.mark(list.selected, true);
+    if (this.failureRowAt > 0) list.reveal(this.failureRowAt);
+    this.mustReveal = false;
+    this.failureRowAt = 0; // none: the first row is visible anyway
   }
   paint(context, width, height, palette) {
     const { scene, cursorValue } = this,
-      { high, scroll, rows } = scene,
+      { rowHeight, scroll, rows } = scene,
       top = AXIS + MARKS;
     fillBox(context, palette.back, 0, 0, width, height);
     const painter = new Painter(context, { ...scene, palette });
@@ -201,9 +201,9 @@ export class Timeline {
     context.beginPath();
     context.rect(0, top, width, height);
     context.clip();
-    const first = Math.max(0, Math.floor(scroll / high)),
-      end = Math.min(rows.length, Math.ceil((scroll + height) / high));
-    for (let at = first; at < end; at++) painter.row(rows[at], top + at * high - scroll);
+    const first = Math.max(0, Math.floor(scroll / rowHeight)),
+      end = Math.min(rows.length, Math.ceil((scroll + height) / rowHeight));
+    for (let at = first; at < end; at++) painter.row(rows[at], top + at * rowHeight - scroll);
     context.restore();
     if (cursorValue !== null) painter.cursor(cursorValue, height);
   }
@@ -213,8 +213,8 @@ export class Timeline {
       texts = this.rows.hasFilters
         ? ["No goal matches", "Choose other outcomes, or change the search."]
         : ["No goals yet", hint];
-    this.empty.hidden = !isEmpty;
-    if (isEmpty) refill(this.empty, none(...texts));
+    this.emptyBox.hidden = !isEmpty;
+    if (isEmpty) refill(this.emptyBox, none(...texts));
   }
 
   // -- selection
@@ -224,7 +224,7 @@ export class Timeline {
     this.path = path;
     const { action, goal, call, item } = resolve(path, this.history);
     if (goal) this.rows.reveal(goal);
-    this.revealing = true;
+    this.mustReveal = true;
     if (item && this.isFitted) this.revealTime(item);
     this.relist();
     if (!item && !this.host.isLive) this.revealFailure();
@@ -235,7 +235,7 @@ export class Timeline {
   revealFailure() {
     const failure = failureOf(this.history),
       key = failure && (pathTo(failure).goal || "");
-    this.failureRow = this.items.findIndex((row) => row.key === key);
+    this.failureRowAt = this.items.findIndex((row) => row.key === key);
   }
   /** The begin and end of an item, as values of the axis. */
   rangeOf(item) {
@@ -282,13 +282,13 @@ export class Timeline {
     if (performance.now() - this.clickedAt < DOUBLE_MS) return;
     this.clickedAt = performance.now();
     const { mark, item = null } = findAt(this.scene, x, y) || {};
-    this.clicked = item;
+    this.clickedItem = item;
     if (mark) this.showMark(mark);
     if (item) this.host.go(pathTo(item));
     if (!mark && y > AXIS && (!item || !this.host.isLive)) this.setCursorAt(x);
   }
   zoomAt(x) {
-    if (this.clicked) this.zoomTo(this.clicked);
+    if (this.clickedItem) this.zoomTo(this.clickedItem);
     else this.window.zoom(0.4, x);
   }
   zoomTo(item) {
@@ -330,8 +330,8 @@ export class Timeline {
   }
   close() {
     this.detail.close();
-    clearInterval(this.timer);
-    clearTimeout(this.settling);
-    for (const each of [this.canvas, this.overview, this.list]) each.gone();
+    clearInterval(this.tickTimer);
+    clearTimeout(this.settleTimer);
+    for (const part of [this.canvas, this.overview, this.list]) part.gone();
   }
 }

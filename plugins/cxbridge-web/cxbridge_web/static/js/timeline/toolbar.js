@@ -2,15 +2,18 @@
 import { button, checkbox, el, plural, search } from "cx/dom.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";
 
-const ZOOM = 1.7; // the factor of a press
+const ZOOM = 1.7; // the factor of a press of + or −
 
-/** A button; a text that is only a symbol gets its title as the label for screen readers. */
-const tool = (text, call, title, attributes = {}) =>
+/**
+ * A button of the toolbar. If its text is only a symbol, its label for screen readers is its title up to
+ * the first key in brackets, such as " (n)".
+ */
+const toolButton = (text, call, title, attributes = {}) =>
   button(text, call, { title, "aria-label": /\w/.test(text) ? null : title.split(" (")[0], ...attributes });
 const group = (label, attributes, ...children) =>
   el.span({ role: "group", "aria-label": label, ...attributes }, ...children);
-/** Change the text of a node; screen readers would repeat an unchanged text. */
-function tell(node, text) {
+/** Set the text of a node, only if it changes: screen readers would repeat an unchanged text. */
+function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
@@ -20,67 +23,76 @@ export class Toolbar {
     this.timeline = timeline;
     const { window, rows } = timeline;
     this.chips = NAMES.map((name) => this.chip(name));
-    this.count = el("span.dim.count", { role: "status" });
-    this.now = tool("Follow", () => timeline.toNow(), "go to the newest moment and follow it (n)", {
-      class: "tl-now",
-      hidden: !timeline.host.isLive,
-    });
-    this.error = tool("Next error", () => timeline.toError(1), "next error (e); previous error (E)");
+    this.countNode = el("span.dim.count", { role: "status" });
+    this.nowButton = toolButton(
+      "Follow",
+      () => timeline.toNow(),
+      "go to the newest moment and follow it (n)",
+      {
+        class: "tl-now",
+        hidden: !timeline.host.isLive,
+      },
+    );
+    this.nextErrorButton = toolButton(
+      "Next error",
+      () => timeline.toError(1),
+      "next error (e); previous error (E)",
+    );
     const relist = () => timeline.relist();
-    const fold = (text, title, open) =>
-      tool(text, () => relist(rows.foldAll(open)), title, { class: "quiet" });
-    const find = search("Search goals", (text) => {
-      rows.wanted = text;
+    const foldButton = (text, title, open) =>
+      toolButton(text, () => relist(rows.foldAll(open)), title, { class: "quiet" });
+    const searchField = search("Search goals", (text) => {
+      rows.searchText = text;
       relist();
     });
-    const show = (on) => {
-      rows.inSight = on ? window : null;
+    const limitToView = (on) => {
+      rows.visibleWindow = on ? window : null;
       relist();
     };
-    const toolBox = el(
+    const tools = el(
       "div.tools",
       more,
-      find,
-      checkbox("in view", false, show, { title: "only goals within the visible time" }),
-      group("Folds", {}, fold("▸", "close all", false), fold("▾", "open all", true)),
-      checkbox("steps", false, (on) => window.use(on ? "step" : "time"), {
+      searchField,
+      checkbox("in view", false, limitToView, { title: "only goals within the visible time" }),
+      group("Folds", {}, foldButton("▸", "close all", false), foldButton("▾", "open all", true)),
+      checkbox("steps", false, (on) => window.useAxis(on ? "step" : "time"), {
         title: "each transition has the same width",
       }),
-      this.error,
+      this.nextErrorButton,
       group(
         "Zoom",
         { class: "tl-zoom" },
-        tool("−", () => window.zoom(ZOOM), "zoom out (-)"),
-        tool("+", () => window.zoom(1 / ZOOM), "zoom in (+)"),
-        tool("Fit", () => window.fit(), "the whole run (0)"),
+        toolButton("−", () => window.zoom(ZOOM), "zoom out (-)"),
+        toolButton("+", () => window.zoom(1 / ZOOM), "zoom in (+)"),
+        toolButton("Fit", () => window.fit(), "the whole run (0)"),
       ),
-      this.now,
+      this.nowButton,
     );
     const legend = el("div.tl-legend", { role: "group", "aria-label": "Outcomes" }, this.chips);
-    this.box = el("div.tl-bar.panel-head", el.h2("Timeline"), this.count, legend, toolBox);
+    this.box = el("div.tl-bar.panel-head", el.h2("Timeline"), this.countNode, legend, tools);
   }
 
   /** The button of an outcome, which filters the goals and shows their number. */
   chip(name) {
     const { rows } = this.timeline,
       { icon, word } = OUTCOMES[name],
-      number = el("span.tl-number");
+      numberNode = el("span.tl-number");
     const press = () => {
       if (!rows.outcomes.delete(name)) rows.outcomes.add(name);
       this.timeline.relist();
     };
-    const about = {
+    const attributes = {
         class: "outcome o-" + name,
         "aria-pressed": "false",
         title: "only goals that are " + word,
       },
-      chip = button([el.i({ "aria-hidden": "true" }, icon), word + " ", number], press, about);
-    return Object.assign(chip, { number, outcome: name });
+      chip = button([el.i({ "aria-hidden": "true" }, icon), word + " ", numberNode], press, attributes);
+    return Object.assign(chip, { numberNode, outcome: name });
   }
 
   draw() {
     const { history, rows, window, host, list, marks } = this.timeline;
-    if (host.isLive) this.drawNow(window.follows);
+    if (host.isLive) this.drawNowButton(window.follows);
     // counting takes long, and zooming does not change the counts
     if (this.drawnItems === list.items && this.revision === history.revision) return;
     this.drawnItems = list.items;
@@ -88,17 +100,17 @@ export class Toolbar {
     const counts = rows.counts();
     for (const chip of this.chips) {
       const isPressed = rows.outcomes.has(chip.outcome);
-      tell(chip.number, String(counts[chip.outcome]));
+      setText(chip.numberNode, String(counts[chip.outcome]));
       chip.hidden = !counts[chip.outcome] && !isPressed;
       chip.setAttribute("aria-pressed", String(isPressed));
     }
     const shown = list.items.filter(({ kind }) => kind === "goal").length;
-    tell(this.count, (rows.hasFilters ? shown + " of " : "") + plural(rows.goals.length, "goal"));
-    this.error.hidden = !marks.length;
+    setText(this.countNode, (rows.hasFilters ? shown + " of " : "") + plural(rows.goals.length, "goal"));
+    this.nextErrorButton.hidden = !marks.length;
   }
-  drawNow(follows) {
-    this.now.setAttribute("aria-pressed", String(follows));
-    this.now.classList.toggle("primary", !follows);
-    tell(this.now, follows ? "Following" : "Back to now");
+  drawNowButton(isFollowing) {
+    this.nowButton.setAttribute("aria-pressed", String(isFollowing));
+    this.nowButton.classList.toggle("primary", !isFollowing);
+    setText(this.nowButton, isFollowing ? "Following" : "Back to now");
   }
 }

@@ -1,8 +1,8 @@
 // The visible part of the run: zoom, pan, fit, and following the newest moment. Values are microseconds or
 // steps, depending on the axis.
-const MOST_ZOOM = { time: 200, step: 4 }; // the smallest visible part: microseconds, steps
-const MARGIN = 0.02, // beside the whole run, as a share of its length
-  LONGEST = 1e15; // the greatest visible part: 30 years in microseconds
+const LEAST_SPAN = { time: 200, step: 4 }; // the smallest visible part: microseconds, steps
+const MARGIN = 0.02, // beside the whole run, as a share of its length; twice as much after its end
+  LONGEST_SPAN = 1e15; // the greatest visible part: 30 years in microseconds
 
 export class TimeWindow {
   /** @param range() the range of the run: {from, to} in the unit of the axis */
@@ -44,7 +44,7 @@ export class TimeWindow {
   set(from, to, { keepsFit = false, keepsFollowing = false } = {}) {
     const whole = this.whole(),
       most = (whole.to - whole.from) * 1.5,
-      span = Math.min(Math.max(to - from, MOST_ZOOM[this.axis]), Math.max(most, MOST_ZOOM[this.axis]));
+      span = Math.min(Math.max(to - from, LEAST_SPAN[this.axis]), Math.max(most, LEAST_SPAN[this.axis]));
     // at most half of the picture is empty
     const begin = Math.min(Math.max(from, whole.from - span / 2), whole.to - span / 2);
     if (!keepsFit) this.fits = false;
@@ -58,7 +58,7 @@ export class TimeWindow {
   /** Scale the visible part by a factor around a pixel. */
   zoom(factor, x = this.width / 2) {
     const at = this.follows ? this.to : this.value(x), // the newest moment stays in its place
-      span = Math.min(Math.max(this.span * factor, MOST_ZOOM[this.axis]), LONGEST),
+      span = Math.min(Math.max(this.span * factor, LEAST_SPAN[this.axis]), LONGEST_SPAN),
       share = (at - this.from) / this.span;
     this.set(at - span * share, at + span * (1 - share), { keepsFollowing: this.follows });
   }
@@ -97,14 +97,14 @@ export class TimeWindow {
   }
 
   /** Change the axis: "time" or "step". */
-  use(axis) {
+  useAxis(axis) {
     this.axis = axis;
     this.fit();
   }
 }
 
 /** The step between the marks of the axis, a round number, and its unit. */
-export function ticks(window) {
+export function axisStep(window) {
   const unit = window.axis === "time" ? 1e6 : 1,
     // marks have a distance of at least 105 pixels, and there are at least two
     leastStep = (window.span / unit) * Math.min(0.5, 105 / window.width),

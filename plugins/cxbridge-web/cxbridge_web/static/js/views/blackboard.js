@@ -8,7 +8,7 @@ import { goTo, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
-const SOON_MS = 1000, // the shortest time between two requests for values
+const VALUES_MS = 1000, // the shortest time between two requests for values
   LIST_MS = 5000; // the shortest time between two requests for the list
 /** The number of readers behind the writer, or "". */
 const readersOf = ({ readers }) => (readers.length ? ", " + plural(readers.length, "reader") : "");
@@ -41,17 +41,17 @@ function flash(cell) {
 
 export function open(root, app) {
   let infos = [], // the interfaces of the daemon
-    chosen = "", // a uid, TYPE::ID
+    chosenUid = "", // a uid, TYPE::ID
     chosenData = null; // the API's answer with the values of the chosen interface
   const head = el.div(),
     values = el("div#values"),
     formPlace = el.div(),
-    sent = el("div#messages");
+    sentBox = el("div#messages");
   const page = new ListPanel(
     {
       title: "Blackboard",
       find: "Search interfaces",
-      detail: el("div.detail", head, values, formPlace, sent),
+      detail: el("div.detail", head, values, formPlace, sentBox),
       row: {
         key: (item) => item.uid,
         sign: (item) => item.writer + item.readers.length + item.writes,
@@ -64,48 +64,51 @@ export function open(root, app) {
   );
   root.append(page.split);
 
-  const chosenInfo = () => infos.find((each) => each.uid === chosen);
+  const chosenInfo = () => infos.find(({ uid }) => uid === chosenUid);
   const { life } = page;
   const readList = page.reader(async () => {
     const answer = await get("blackboard/interfaces"),
-      infoOf = ({ type, id, writer, ...members }) => ({
+      toInfo = ({ type, id, writer, ...members }) => ({
         uid: type + "::" + id,
         type,
         id,
         writer: writer || "",
         ...members,
       });
-    infos = answer.map((each) => ({ ...infoOf(each), known: true }));
+    infos = answer.map((row) => ({ ...toInfo(row), known: true }));
     drawHead();
   }, LIST_MS);
   const readData = life.reader(async () => {
     const info = chosenInfo();
     if (!info) return;
     const answer = await get("blackboard/interfaces/" + part(info.type) + "/" + idPath(info.id) + "/data");
-    if (info.uid !== chosen) return; // another interface was chosen during the request
+    if (info.uid !== chosenUid) return; // another interface was chosen during the request
     chosenData = answer;
     drawValues();
-  }, SOON_MS);
+  }, VALUES_MS);
 
   const allInfos = () =>
     app.recording ? [...app.model.interfaces.keys()].sort().map(recordedInterface) : infos;
   function draw() {
-    const all = allInfos(),
+    const allShown = allInfos(),
       writesOf = ({ uid }) => (app.recording ? (app.model.interfaces.get(uid)?.writes ?? 0) : 0),
-      items = all.filter(({ uid }) => page.matches(uid)).map((each) => ({ ...each, writes: writesOf(each) }));
-    page.show(items, all.length, "No interfaces", "No interface is open.");
+      items = allShown
+        .filter(({ uid }) => page.matches(uid))
+        .map((info) => ({ ...info, writes: writesOf(info) }));
+    page.show(items, allShown.length, "No interfaces", "No interface is open.");
   }
   function drawHead() {
-    page.showsDetail(chosen);
-    const info = chosenInfo() || allInfos().find((each) => each.uid === chosen);
-    if (!redraw(head, [chosen, info, app.whyNot], () => (info ? headOf(info) : nothing()))) return;
+    page.showsDetail(chosenUid);
+    const info = chosenInfo() || allInfos().find(({ uid }) => uid === chosenUid);
+    if (!redraw(head, [chosenUid, info, app.whyNot], () => (info ? headOf(info) : emptyHead()))) return;
     refill(formPlace, info && messageForm(app, info));
-    if (!info) for (const node of [values, sent]) redraw(node, "", () => []);
+    if (!info) for (const node of [values, sentBox]) redraw(node, "", () => []);
     if (info?.known) readData();
   }
-  const nothing = () =>
-    chosen
-      ? none("There is no " + chosen)
+  /** The hint in place of the head, while there is no interface to show. */
+  const emptyHead = () =>
+    chosenUid
+      ? none("There is no " + chosenUid)
       : none(
           "Choose an interface",
           "You see its values as they change" +
@@ -122,9 +125,9 @@ export function open(root, app) {
 
   const cells = new Map(); // field -> the cell of its value
   function drawValues() {
-    const live = app.model.interfaces.get(chosen),
+    const live = app.model.interfaces.get(chosenUid),
       valuesByField = { ...(chosenData && !app.recording ? chosenData.data : {}), ...live?.values };
-    redraw(values, [chosen, Object.keys(valuesByField)], () => valuesTable(valuesByField));
+    redraw(values, [chosenUid, Object.keys(valuesByField)], () => valuesTable(valuesByField));
     for (const [name, cell] of cells) {
       const text = valueText(valuesByField[name]),
         isFirst = cell.textContent === "";
@@ -132,34 +135,34 @@ export function open(root, app) {
       cell.textContent = text;
       if (!isFirst) flash(cell);
     }
-    const written = document.getElementById("written");
-    if (written)
-      written.textContent = live ? clockText(live.time, 3) : chosenData ? chosenData.timestamp : "";
+    const writtenNode = document.getElementById("written");
+    if (writtenNode)
+      writtenNode.textContent = live ? clockText(live.time, 3) : chosenData ? chosenData.timestamp : "";
   }
   function valuesTable(valuesByField) {
     const { fields } = chosenInfo() || { fields: null },
       types = new Map(
         fields?.map(({ name, type, is_array: isArray }) => [name, type + (isArray ? "[]" : "")]),
       ),
-      missing = fields && !fields.length ? "The interface has no fields." : "No values yet.";
+      missingText = fields && !fields.length ? "The interface has no fields." : "No values yet.";
     cells.clear();
     const rows = Object.keys(valuesByField).map((name) => {
       cells.set(name, el("td.value"));
-      const add = () => plot(app, fieldNames(chosen, name, valuesByField[name])),
-        plotting = button("plot", add, { class: "quiet small", "aria-label": "plot " + name });
+      const plotField = () => plot(app, fieldNames(chosenUid, name, valuesByField[name])),
+        plotButton = button("plot", plotField, { class: "quiet small", "aria-label": "plot " + name });
       return el.tr(
         el.th({ scope: "row" }, name),
         el("td.dim.small", types.get(name)),
         cells.get(name),
-        el.td(plotting),
+        el.td(plotButton),
       );
     });
     return [
       el.h3("Values ", el("span#written.dim.n")),
-      rows.length ? el("div.wide", el("table.values-table", el.tbody(rows))) : note(missing),
+      rows.length ? el("div.wide", el("table.values-table", el.tbody(rows))) : note(missingText),
     ];
   }
-  const drawMessages = () => refill(sent, sentMessages(app, chosen));
+  const drawMessages = () => refill(sentBox, sentMessages(app, chosenUid));
 
   life.add(
     app.model.onChange((topics) => {
@@ -183,12 +186,12 @@ export function open(root, app) {
   draw();
   return {
     go([uid = ""]) {
-      chosen = uid;
+      chosenUid = uid;
       chosenData = null;
       redraw(head);
       page.list.mark(uid, true);
       drawHead();
-      if (!chosen) return;
+      if (!chosenUid) return;
       drawValues();
       drawMessages();
     },

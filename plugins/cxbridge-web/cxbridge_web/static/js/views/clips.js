@@ -9,17 +9,17 @@ import { whyBox } from "cx/why.js";
 
 export const tab = { title: "CLIPS", order: 60 };
 export const kinds = ["fact", "rule"];
-const SOON_MS = 1000,
-  NARROW = 760; // pixels: there details take the place of the list
-const NAMES = ["facts", "rules"],
-  TABS = NAMES.map((key) => ["#/clips/" + key, capital(key)]),
+const SOON_MS = 1000, // the shortest time between two requests of a kind
+  NARROW = 760; // pixels; on a narrower page the details replace the list
+const TAB_NAMES = ["facts", "rules"],
+  TABS = TAB_NAMES.map((key) => ["#/clips/" + key, capital(key)]),
   HINTS = {
     facts: "They are in recordings of --trace-level facts.",
     rules: "A recording without attached files shows the rules that have fired.",
   };
 
 export function open(root, app) {
-  let tab = "",
+  let shownTab = "", // of TAB_NAMES
     rules = [],
     chosen = "", // f-INDEX or r-NAME
     owners = { core: new Set(), own: new Set(), env: "" }; // see templateOwners()
@@ -66,7 +66,7 @@ export function open(root, app) {
       rules = await get("cxbridge/rules?env=" + part(app.env));
     }, SOON_MS),
   };
-  const renew = () => app.recording || readers[tab]();
+  const renew = () => app.recording || readers[shownTab]();
   /** Read the owners of the deftemplates: facts of the agent come before facts of the CX core. */
   const readOwners = life.reader(async () => {
     const { env } = app;
@@ -78,7 +78,7 @@ export function open(root, app) {
   const firings = (rule) =>
     (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
   const allRules = () => (app.recording ? rulesOfRecording(app) : rules);
-  const items = {
+  const itemsByTab = {
     facts() {
       if (owners.env !== app.env) readOwners();
       return factItems(facts().values(), owners, matches);
@@ -86,9 +86,9 @@ export function open(root, app) {
     rules: () => ruleItems(allRules(), firings, matches),
   };
   function draw() {
-    const fitting = items[tab](),
-      total = tab === "facts" ? facts().size : allRules().length;
-    page.show(fitting, total, "No " + tab, app.recording ? HINTS[tab] : "");
+    const fitting = itemsByTab[shownTab](),
+      total = shownTab === "facts" ? facts().size : allRules().length;
+    page.show(fitting, total, "No " + shownTab, app.recording ? HINTS[shownTab] : "");
     envs.renew();
     drawDetail();
   }
@@ -100,18 +100,22 @@ export function open(root, app) {
   }
   function drawDetail() {
     const name = chosen.slice(2), // behind f- or r-
-      fact = tab === "facts" && facts().get(Number(name)),
-      rule = tab === "rules" && allRules().find((each) => each.name === name);
+      fact = shownTab === "facts" && facts().get(Number(name)),
+      rule = shownTab === "rules" && allRules().find((each) => each.name === name);
     page.showsDetail(chosen);
-    if (!chosen) redraw(detail, tab, () => none("Choose a " + tab.slice(0, -1)));
+    if (!chosen) redraw(detail, shownTab, () => none("Choose a " + shownTab.slice(0, -1)));
     else if (fact) redraw(detail, fact, () => factDetail(fact));
     else if (rule) redraw(detail, [app.env, rule.name], () => ruleDetail(rule));
-    else redraw(detail, chosen, () => [head(chosen), note("There is no such " + tab.slice(0, -1) + " now.")]);
+    else
+      redraw(detail, chosen, () => [
+        head(chosen),
+        note("There is no such " + shownTab.slice(0, -1) + " now."),
+      ]);
     if (rule) drawPlace(rule);
   }
   function head(title, ...more) {
-    const leave = button("←", () => choose(""), { class: "back quiet", "aria-label": "back" });
-    return el("div.detail-head", leave, el.h2(title), more);
+    const backButton = button("←", () => choose(""), { class: "back quiet", "aria-label": "back" });
+    return el("div.detail-head", backButton, el.h2(title), more);
   }
   const whyOf = (kind, name) =>
     whyBox(app, kind, name, app.env, { button: { id: "why-" + kind }, box: { id: "why-text" } });
@@ -122,7 +126,7 @@ export function open(root, app) {
   function ruleDetail({ name }) {
     const why = whyOf("rule", name),
       source = el("div#rule-source"),
-      show = (construct) =>
+      showSource = (construct) =>
         refill(
           source,
           construct
@@ -133,7 +137,7 @@ export function open(root, app) {
             : note("No file that can be read has this rule."),
         );
     // the list of rules shows the error of the same request
-    findConstruct(app, app.env, "defrule", name).then(show, () => {});
+    findConstruct(app, app.env, "defrule", name).then(showSource, () => {});
     return [head(name, why.button), note(el("span#rule-place")), why.box, source];
   }
   /** Show the module, owner, salience and firings of a rule; the number of firings changes all the time. */
@@ -145,26 +149,26 @@ export function open(root, app) {
       .join(" · ");
   }
 
-  const slow = life.reader(async () => renew(), SOON_MS);
-  const soon = life.paced(draw, () => facts().size);
+  const renewSoon = life.reader(async () => renew(), SOON_MS);
+  const drawSoon = life.paced(draw, () => facts().size);
   life.add(
     app.model.onChange((topics) => {
-      if (topics.has(tab)) soon();
-      if (topics.has("rules") && tab === "rules") slow();
+      if (topics.has(shownTab)) drawSoon();
+      if (topics.has("rules") && shownTab === "rules") renewSoon();
     }),
     app.onRenew(renew),
   );
   return {
-    go([name = "facts", which = ""]) {
-      if (name !== tab) {
-        tab = NAMES.includes(name) ? name : "facts";
+    go([name = "facts", itemName = ""]) {
+      if (name !== shownTab) {
+        shownTab = TAB_NAMES.includes(name) ? name : "facts";
         chosen = page.problem = "";
         list.box.scrollTop = 0;
-        refill(bar, tabs("Parts of CLIPS", TABS, "#/clips/" + tab));
+        refill(bar, tabs("Parts of CLIPS", TABS, "#/clips/" + shownTab));
         if (!app.stream.isWaiting || app.connection === "lost") renew();
       }
       draw();
-      if (which) choose(tab === "rules" ? "r-" + which : which);
+      if (itemName) choose(shownTab === "rules" ? "r-" + itemName : itemName);
     },
     close: life.close,
   };

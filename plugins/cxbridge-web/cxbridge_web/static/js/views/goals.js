@@ -18,8 +18,8 @@ export const kinds = [];
 const TICK_MS = 1000, // the period of the durations of open goals
   NARROW = 760; // pixels; on a narrower page the details replace the table
 const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
-const closed = new Set(); // keys of goals whose children are hidden; outlives the view
-let withGone = null; // null: gone goals are shown if there are no other goals
+const closedKeys = new Set(); // keys of goals whose children are hidden; outlives the view
+let showsGone = null; // null: gone goals are shown if there are no other goals
 
 /** The address of a goal in the table, or of an action or skill call in the timeline. */
 function address(path) {
@@ -29,10 +29,10 @@ function address(path) {
 /** The text of a duration, cut to tenths of a second. */
 const shortTime = (us) => durationText(us < 1e6 ? us : Math.floor(us / 1e5) * 1e5);
 const { word, icon } = OUTCOMES.completed,
-  completed = () => dim(icon + " " + word);
+  completedText = () => dim(icon + " " + word);
 
 export function open(root, app) {
-  let chosen = "", // the key of a goal
+  let chosenKey = "", // the key of a goal
     children = new Map(); // key -> goals
   const host = new PageHost(app, () => drawDetail(), address),
     detail = new Detail(host, () => drawDetail());
@@ -48,10 +48,10 @@ export function open(root, app) {
   );
   const filter = goalFilter(app, () => draw());
   const goneBox = checkbox("past goals", false, (on) => {
-    withGone = on;
+    showsGone = on;
     draw();
   });
-  const fold = (text, label, call) =>
+  const foldButton = (text, label, call) =>
     redrawButton(text, call, { class: "quiet", title: label, "aria-label": label });
   const heads = el(
     "div.goal-heads.dim.small",
@@ -66,8 +66,8 @@ export function open(root, app) {
       find: filter.nodes,
       after: [
         goneBox,
-        fold("▸", "close all", () => listGoals().forEach((goal) => closed.add(goal.key))),
-        fold("▾", "open all", () => closed.clear()),
+        foldButton("▸", "close all", () => listGoals().forEach((goal) => closedKeys.add(goal.key))),
+        foldButton("▾", "open all", () => closedKeys.clear()),
       ],
       above: heads,
       detail: detail.box,
@@ -81,7 +81,7 @@ export function open(root, app) {
           if (how !== "key" || root.clientWidth > NARROW) host.go({ goal: item.goal.key }, how === "key");
         },
         open: ({ goal: { key } }, on) => {
-          closed[on ? "delete" : "add"](key);
+          closedKeys[on ? "delete" : "add"](key);
           draw();
         },
       },
@@ -131,7 +131,7 @@ export function open(root, app) {
       el(
         "span.c-outcome",
         outcome === "completed"
-          ? completed()
+          ? completedText()
           : outcomeBadge(outcome, isOpen(outcome) ? goal.mode : undefined),
       ),
       COLUMNS.slice(1).map((name) =>
@@ -142,9 +142,9 @@ export function open(root, app) {
   /** The goals of the chosen environment, perhaps with gone goals. */
   function listGoals() {
     const { goals, gone } = app.model,
-      isGone = withGone ?? !goals.size;
-    goneBox.firstChild.checked = isGone;
-    const known = [...(isGone ? gone.values() : []), ...goals.values()];
+      hasGone = showsGone ?? !goals.size;
+    goneBox.firstChild.checked = hasGone;
+    const known = [...(hasGone ? gone.values() : []), ...goals.values()];
     return app.chosenEnv ? known.filter((goal) => (goal.env || MAIN_ENV) === app.env) : known;
   }
 
@@ -152,22 +152,22 @@ export function open(root, app) {
     envs.renew();
     const goals = listGoals(),
       forest = forestOfGoals(goals),
-      items = rowsOf(forest, { isFlat: filter.isSet, closed, fits: filter.fits });
+      items = rowsOf(forest, { isFlat: filter.isSet, closed: closedKeys, fits: filter.fits });
     ({ children } = forest);
     filter.offer(goals);
     page.show(items, goals.length, "");
-    if (!items.length) refill(page.empty, nothing(goals));
+    if (!items.length) refill(page.empty, emptyTable(goals));
     if (!filter.isSet) page.count(goals.length, goals.length);
   }
-  /** The text in place of an empty table, with a button that shows hidden goals. */
-  function nothing(goals) {
+  /** The box in place of an empty table: a text, and a button that shows hidden goals. */
+  function emptyTable(goals) {
     const goneCount = app.model.gone.size,
       hint = app.recording
         ? "None at this moment of the recording."
         : app.goalsProblem || (goneCount ? "" : "They appear here as soon as the executive formulates them."),
       box = goals.length ? none("No goal matches") : none("No goals now", hint);
     const showGone = () => {
-      withGone = true;
+      showsGone = true;
     };
     if (goals.length) box.append(redrawButton("Show all goals", () => filter.clear()));
     else if (goneCount)
@@ -175,15 +175,15 @@ export function open(root, app) {
     return box;
   }
   function drawDetail() {
-    page.showsDetail(chosen);
-    if (chosen) detail.draw({ goal: chosen });
+    page.showsDetail(chosenKey);
+    if (chosenKey) detail.draw({ goal: chosenKey });
   }
 
-  const soon = life.paced(draw, () => app.model.goals.size + app.model.gone.size);
+  const drawSoon = life.paced(draw, () => app.model.goals.size + app.model.gone.size);
   life.add(
     app.model.onChange((topics) => {
       if (!topics.has("goals") && !topics.has("skills")) return;
-      soon();
+      drawSoon();
       drawDetail();
     }),
   );
@@ -193,17 +193,17 @@ export function open(root, app) {
     drawDetail();
   });
   life.listen(app, "select", ({ detail: { changed, goal, time } }) => {
-    if (changed.includes("time")) host.momentIs(time);
-    if (changed.includes("goal") && goal !== chosen) location.replace(address(goal ? { goal } : {}));
+    if (changed.includes("time")) host.takeMoment(time);
+    if (changed.includes("goal") && goal !== chosenKey) location.replace(address(goal ? { goal } : {}));
   });
   draw();
   return {
     go([key = app.selection.value.goal]) {
       filter.read();
-      chosen = key;
+      chosenKey = key;
       app.select({ goal: key });
       draw();
-      list.mark(chosen, true);
+      list.mark(chosenKey, true);
       drawDetail();
     },
     close: life.close,

@@ -66,7 +66,7 @@ export function open(root, app) {
     page.show(items, log.length, "Nothing logged yet");
     if (mustFollow) list.toEnd();
   }
-  /** Choose the last line before a moment of a live run. */
+  /** Choose the last line at or before a moment of a live run. */
   function toMoment(time) {
     const line = time !== null && (list.items.findLast((each) => each.time <= time) || list.items[0]);
     if (!line || app.recording) return;
@@ -77,8 +77,8 @@ export function open(root, app) {
   life.listen(app, "select", ({ detail: { changed, time } }) => {
     if (changed.includes("time")) toMoment(time);
   });
-  const soon = life.paced(draw, () => app.model.log.length);
-  life.add(app.model.onChange((topics) => topics.has("log") && soon()));
+  const drawSoon = life.paced(draw, () => app.model.log.length);
+  life.add(app.model.onChange((topics) => topics.has("log") && drawSoon()));
   draw();
   return {
     go() {

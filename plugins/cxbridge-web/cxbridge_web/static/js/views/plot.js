@@ -26,17 +26,17 @@ function keyOf(number) {
 export function open(root, app) {
   const store = plotsOf(app),
     life = new Lifetime();
-  let follows = true, // the chart ends at the newest moment
-    names = []; // for completion
+  let isFollowing = true, // the chart ends at the newest moment
+    names = []; // of values that can be plotted, for completion
   const chart = new Chart(
     {
       moved() {
-        follows = false;
+        isFollowing = false;
         drawTools();
       },
       zoomed() {
-        if (follows) spanUs = chart.span;
-        soon();
+        if (isFollowing) spanUs = chart.span;
+        drawSoon();
       },
       cursor: () => drawValues(),
       pick: (time) => app.select({ time: Math.round(time) }),
@@ -53,13 +53,13 @@ export function open(root, app) {
       placeholder: HINT,
       on: { input: offer, focus: readNames },
     }),
-    empty = el.div({ hidden: true }),
+    emptyBox = el.div({ hidden: true }),
     legend = el("div#plot-legend.plot-legend"),
     tools = el("div.tools");
-  const adding = form("#plot-add.call.plot-add", add, input, submit("Add"), list);
-  root.append(panel("Plot", [tools], el("div.plot-body", adding, empty, chart.box, legend)));
+  const addForm = form("#plot-add.call.plot-add", addTyped, input, submit("Add"), list);
+  root.append(panel("Plot", [tools], el("div.plot-body", addForm, emptyBox, chart.box, legend)));
 
-  function add() {
+  function addTyped() {
     const reason = store.add(input.value);
     if (reason) return app.toast(reason + ". A value is called: " + HINT, true);
     input.value = "";
@@ -100,19 +100,19 @@ export function open(root, app) {
     const from = begin(),
       to = end(),
       room = (to - from) * 0.01;
-    follows = false;
+    isFollowing = false;
     chart.look(from - room, to + room);
     drawTools();
   }
 
-  function follow() {
-    follows = !follows;
+  function toggleFollowing() {
+    isFollowing = !isFollowing;
     draw();
   }
   function drawTools() {
     refill(
       tools,
-      !app.recording && button("Follow", follow, { "aria-pressed": String(follows) }),
+      !app.recording && button("Follow", toggleFollowing, { "aria-pressed": String(isFollowing) }),
       button("−", () => chart.zoom(1 / 1.5), { "aria-label": "zoom out" }),
       button("+", () => chart.zoom(1.5), { "aria-label": "zoom in" }),
       button("All", showAll, { title: "show everything (0)" }),
@@ -121,14 +121,14 @@ export function open(root, app) {
 
   function draw() {
     const hasSeries = store.names.length > 0;
-    empty.hidden = hasSeries;
+    emptyBox.hidden = hasSeries;
     chart.box.hidden = legend.hidden = !hasSeries;
     if (!hasSeries) drawProposals();
     chart.show(store.series);
     chart.end = end();
     chart.zero = zeroOfTimes() ?? 0;
     chart.mark(app.recording ? app.recording.time : app.selection.value.time);
-    if (!app.recording && follows) chart.look(chart.end - spanUs, chart.end);
+    if (!app.recording && isFollowing) chart.look(chart.end - spanUs, chart.end);
     drawTools();
     drawLegend();
     drawValues();
@@ -149,7 +149,7 @@ export function open(root, app) {
       button("Plot", plotAll([name]), { "aria-label": "plot " + name }),
     ];
     const heads = ["value", "least", "greatest", "changes", el.td()];
-    redraw(empty, bestNames, () => [
+    redraw(emptyBox, bestNames, () => [
       none(
         "Nothing is plotted yet",
         best.length
@@ -194,17 +194,17 @@ export function open(root, app) {
     }
   }
 
-  const soon = life.framed(draw),
+  const drawSoon = life.framed(draw),
     { recording } = app;
   let drawnAt = null; // the number of events up to the drawn moment
-  const moved = () => {
-    if (drawnAt !== recording.at) soon();
+  const drawIfMoved = () => {
+    if (drawnAt !== recording.at) drawSoon();
     drawnAt = recording.at;
   };
-  if (recording) life.follow(recording, moved);
-  life.listen(app, "select", soon);
-  life.add(store.onChange(soon), app.onChange(drawTools));
-  life.every(TICK_MS, () => !app.recording && follows && draw());
+  if (recording) life.follow(recording, drawIfMoved);
+  life.listen(app, "select", drawSoon);
+  life.add(store.onChange(drawSoon), app.onChange(drawTools));
+  life.every(TICK_MS, () => !app.recording && isFollowing && draw());
   readNames();
   return {
     go(parts) {

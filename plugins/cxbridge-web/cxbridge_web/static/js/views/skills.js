@@ -22,7 +22,7 @@ export const tab = { title: "Skills", order: 30 };
 export const moment = "past";
 export const kinds = ["interface"];
 const SOON_MS = 500, // the shortest time between two requests for the active skill
-  SLOW_MS = 1000; // and for the list of skills
+  SLOW_MS = 1000; // the shortest time between two requests for the list of skills
 const DEFAULT_ID = "Skiller";
 // both outlive the view
 let typedText = "",
@@ -38,19 +38,19 @@ export function open(root, app) {
     executorAnswer = []; // the API's answer with the interfaces of executors
   /** The path of a request to the shown Skiller. */
   const pathFor = (path) => path + (skiller() === DEFAULT_ID ? "" : "?skiller=" + part(skiller()));
-  const now = el("div#skill-now.now", { role: "status" }),
-    machine = el("div#machine"),
-    history = el("div#calls"),
-    held = el("p#held.dim.small", { hidden: true });
+  const nowBox = el("div#skill-now.now", { role: "status" }),
+    machineBox = el("div#machine"),
+    callsBox = el("div#calls"),
+    heldNote = el("p#held.dim.small", { hidden: true });
   const input = textInput({
     name: "skill",
     id: "skill-string",
     "aria-label": "skill string",
     placeholder: 'say{text="Hello", wait=true}',
     value: typedText,
-    on: { input: () => type(input.value) },
+    on: { input: () => setSkillString(input.value) },
   });
-  function type(text) {
+  function setSkillString(text) {
     input.value = typedText = text;
   }
   const callButton = submit("Call"),
@@ -64,19 +64,19 @@ export function open(root, app) {
     readActive();
     return (callButton.disabled = false);
   }
-  const callForm = form("#call.call", call, input, callButton, stopButton, held);
+  const callForm = form("#call.call", call, input, callButton, stopButton, heldNote);
   const select = choice({ "aria-label": "Skiller", id: "skiller" }, (id) => {
     chosenSkiller = id;
     changeSkiller();
     if (chosen) goTo("#/skills");
   });
-  const back = el("div.detail-head.only-phone", backLink("#/skills", "skills"));
+  const backRow = el("div.detail-head.only-phone", backLink("#/skills", "skills"));
   const page = new ListPanel(
     {
       title: "Skills",
       find: "Search skills",
       before: select,
-      detail: el("div.detail", back, now, callForm, machine, history),
+      detail: el("div.detail", backRow, nowBox, callForm, machineBox, callsBox),
       row: {
         key: (item) => item.name,
         sign: (item) => item.who + item.status,
@@ -116,7 +116,7 @@ export function open(root, app) {
     names = [];
     active = null;
     page.problem = "";
-    for (const each of [now, history]) redraw(each);
+    for (const box of [nowBox, callsBox]) redraw(box);
     renew();
     draw();
   }
@@ -194,22 +194,25 @@ export function open(root, app) {
       isHeld = Boolean(state.controller) && !app.recording; // a Skiller obeys its controller only
     app.gate(stopButton, isHeld || !isRunning);
     app.gate(callButton, isHeld);
-    held.hidden = app.mayChange && !isHeld;
-    held.textContent =
+    heldNote.hidden = app.mayChange && !isHeld;
+    heldNote.textContent =
       app.whyNot ||
       "The executive or another client controls this Skiller: calls are refused until it releases it.";
     callForm.hidden = Boolean(app.recording);
-    redraw(now, state, () => [
+    redraw(nowBox, state, () => [
       el("div.now-line", skillBadge(state.status), el("code.big", state.text || "no skill called yet")),
       pairs([["error", state.error]]),
     ]);
     drawMachine(state.graph, isRunning);
     const calls = callsOf(app.model, skiller(), chosen);
-    redraw(history, [chosen, calls], () => [el.h3(chosen ? "Calls of " + chosen : "Calls"), callList(calls)]);
+    redraw(callsBox, [chosen, calls], () => [
+      el.h3(chosen ? "Calls of " + chosen : "Calls"),
+      callList(calls),
+    ]);
     drawNames();
   }
   function drawMachine(graph, isRunning) {
-    redraw(machine, [graph, isRunning], () => {
+    redraw(machineBox, [graph, isRunning], () => {
       const states = statesOf(graph);
       if (!states.size) return [];
       return [el.h3("States", isRunning ? "" : dim(" of the last skill")), stateTable(states)];
@@ -230,7 +233,7 @@ export function open(root, app) {
     go([name = ""]) {
       chosen = name;
       const [lastCall] = callsOf(app.model, skiller(), name);
-      if (name && skillOf(typedText) !== name) type(lastCall?.text ?? name + "{}");
+      if (name && skillOf(typedText) !== name) setSkillString(lastCall?.text ?? name + "{}");
       page.list.mark(name, true);
       draw();
     },

@@ -24,16 +24,16 @@ export function open(root, app) {
   timeline.box.classList.add("panel");
   root.append(timeline.box);
 
-  const soon = life.paced(
+  const updateSoon = life.paced(
     () => timeline.update(),
     () => host.history.goals.size,
   );
   life.add(
     () => timeline.close(),
-    app.model.onChange((topics) => TOPICS.some((topic) => topics.has(topic)) && soon()),
+    app.model.onChange((topics) => TOPICS.some((topic) => topics.has(topic)) && updateSoon()),
   );
   life.listen(app, "select", ({ detail }) => {
-    if (detail.changed.includes("time")) host.momentIs(detail.time);
+    if (detail.changed.includes("time")) host.takeMoment(detail.time);
     timeline.later();
   });
   return {

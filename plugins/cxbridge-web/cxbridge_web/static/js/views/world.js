@@ -29,7 +29,7 @@ const SOON_MS = 1000, // the shortest time between two requests
   MOST_CHANGES = 40; // of facts
 // the frame of the map and the choices outlive the view
 let frame = "";
-const shows = { trails: true, frames: true };
+const isShown = { trails: true, frames: true };
 
 /** The text of metres, to the centimetre. */
 const metresText = (value) => value.toFixed(2);
@@ -47,36 +47,36 @@ export function open(root, app) {
     { recording } = app;
   let isMoved = false, // the user has moved the map, which then is not fitted any more
     fittedSign = "", // identifies the items to which the map was fitted
-    chosen = "", // the name of an item
-    shown = []; // the items of the map and its table
-  const hoverText = el("p#map-told.dim.small", { role: "status" });
+    chosenName = "", // the name of an item
+    shownItems = []; // the items of the map and its table
+  const hoverLine = el("p#map-told.dim.small", { role: "status" });
   const drawing = new Drawing({
     hover(item) {
-      hoverText.textContent = item ? describe(item) : "";
+      hoverLine.textContent = item ? describe(item) : "";
     },
     pick(item) {
-      chosen = item ? item.name : "";
+      chosenName = item ? item.name : "";
       draw();
     },
     moved() {
       isMoved = true;
     },
   });
-  const select = choice({ "aria-label": "frame of the map", id: "map-frame" }, (name) => {
+  const frameChoice = choice({ "aria-label": "frame of the map", id: "map-frame" }, (name) => {
     frame = name;
     isMoved = false;
     draw();
   });
   const lanes = new Lanes((time) => app.select({ time })),
-    robots = el("div#robots"),
-    facts = el("div#changed-facts", { tabindex: "0", role: "region", "aria-label": "facts that changed" }),
-    table = el("div#map-items.map-table"),
-    map = el("div.world-map", drawing.box, table, hoverText),
-    side = el("div.map-side", robots, el.h3("Facts that changed"), facts),
-    body = el("div.map-body", map, side);
+    robotsBox = el("div#robots"),
+    factsBox = el("div#changed-facts", { tabindex: "0", role: "region", "aria-label": "facts that changed" }),
+    tableBox = el("div#map-items.map-table"),
+    mapBox = el("div.world-map", drawing.box, tableBox, hoverLine),
+    side = el("div.map-side", robotsBox, el.h3("Facts that changed"), factsBox),
+    body = el("div.map-body", mapBox, side);
   const toggle = (name) =>
-    checkbox(name, shows[name], (on) => {
-      shows[name] = on;
+    checkbox(name, isShown[name], (on) => {
+      isShown[name] = on;
       draw();
     });
   const showAll = () => {
@@ -85,7 +85,7 @@ export function open(root, app) {
   };
   const mapTools = el(
     "span.tools",
-    select,
+    frameChoice,
     toggle("trails"),
     toggle("frames"),
     button("−", () => drawing.zoom(1 / 1.5), { "aria-label": "zoom out" }),
@@ -93,8 +93,8 @@ export function open(root, app) {
     button("All", showAll, { title: "show everything (0)" }),
   );
   root.append(panel("World", [mapTools], lanes.box, body));
-  const failed = (error) => app.toast(error.message, true),
-    read = life.reader(() => store.read(), SOON_MS, failed);
+  const showError = (error) => app.toast(error.message, true),
+    read = life.reader(() => store.read(), SOON_MS, showError);
 
   function draw() {
     const { history, step } = app.model,
@@ -111,7 +111,7 @@ export function open(root, app) {
     const noRobot = () =>
       none("No robot has done anything yet", "A robot appears with its first skill call.");
     refill(
-      robots,
+      robotsBox,
       callsByRobot.size
         ? robotCards(callsByRobot, shownMoment, { placeOf, changes: latestChanges })
         : noRobot(),
@@ -127,7 +127,7 @@ export function open(root, app) {
   }
   /** The place of a robot in words; "" for a robot that is not on the map. */
   const placeOf = (name) => {
-    const item = shown.find((each) => each.robot === name && each.x !== null);
+    const item = shownItems.find((each) => each.robot === name && each.x !== null);
     return item ? placeText(item) : "";
   };
   /** The label of an item on the map: its name, and the running skill of a robot. */
@@ -142,27 +142,27 @@ export function open(root, app) {
       graphs = [...tracks.graphs].map(([name, graph]) => ({ name, ...graph })),
       hasMap = graphs.length > 0 || tracks.poses.size > 0 || tracks.frames.size > 0,
       time = recording ? recording.time : (app.selection.value.time ?? Infinity);
-    map.hidden = mapTools.hidden = !hasMap;
+    mapBox.hidden = mapTools.hidden = !hasMap;
     body.classList.toggle("without-map", !hasMap);
-    shown = [];
+    shownItems = [];
     if (!hasMap) return;
     const names = tracks.frameNames();
     if (!names.includes(frame)) frame = names[0] || "map";
-    select.hidden = names.length < 2;
-    select.offer(names, frame);
+    frameChoice.hidden = names.length < 2;
+    frameChoice.offer(names, frame);
     const itemOf = ({ track, ...place }, number) => {
       const { name, kind } = track,
         robot = robotOf(track, callsByRobot),
         label = labelOf(track, robot, callsByRobot, shownMoment),
-        trail = shows.trails && place.x !== null ? tracks.trail(track, frame, time) : [],
-        look = { number: number % SERIES_COLOURS, marked: name === chosen };
+        trail = isShown.trails && place.x !== null ? tracks.trail(track, frame, time) : [],
+        look = { number: number % SERIES_COLOURS, marked: name === chosenName };
       return { ...place, name, kind, robot, label, trail, ...look };
     };
-    shown = tracks
+    shownItems = tracks
       .placed(frame, time)
-      .filter(({ track }) => shows.frames || track.kind !== "frame")
+      .filter(({ track }) => isShown.frames || track.kind !== "frame")
       .map(itemOf);
-    const items = shown.filter((item) => item.x !== null);
+    const items = shownItems.filter((item) => item.x !== null);
     drawing.show(graphs, items);
     const sign = JSON.stringify([frame, graphs.map(({ name }) => name), items.map(({ name }) => name)]);
     if (!isMoved && sign !== fittedSign && drawing.fit()) fittedSign = sign;
@@ -170,7 +170,7 @@ export function open(root, app) {
   }
 
   function drawFacts(list) {
-    const item = ({ time, before, after }) =>
+    const factItem = ({ time, before, after }) =>
       el.li(
         el("span.dim.n", clockText(time, 3)),
         " ",
@@ -182,21 +182,28 @@ export function open(root, app) {
       recording && !recording.isPast
         ? "Recordings have facts with --trace-level facts."
         : "The page collects them while this view is open.";
-    redraw(facts, list, () =>
-      list.length ? el("ol.changes", list.map(item)) : none("No fact has changed", hint),
+    redraw(factsBox, list, () =>
+      list.length ? el("ol.changes", list.map(factItem)) : none("No fact has changed", hint),
     );
   }
   function drawTable() {
-    const state = shown.map(({ label, x, y, yaw, frame: of, marked }) => [label, x, y, yaw, of, marked]);
-    redraw(table, state, () =>
-      shown.length
-        ? dataTable({}, ["", "x, m", "y, m", "turn"], shown.map(tableRow))
+    const state = shownItems.map(({ label, x, y, yaw, frame: itemFrame, marked }) => [
+      label,
+      x,
+      y,
+      yaw,
+      itemFrame,
+      marked,
+    ]);
+    redraw(tableBox, state, () =>
+      shownItems.length
+        ? dataTable({}, ["", "x, m", "y, m", "turn"], shownItems.map(tableRow))
         : note("No robot is here at this moment."),
     );
   }
-  function tableRow({ name, x, y, yaw, marked, number: colour, frame: of }) {
+  function tableRow({ name, x, y, yaw, marked, number: colour, frame: itemFrame }) {
     const choose = () => {
-      chosen = name;
+      chosenName = name;
       if (x !== null) drawing.centre(x, y);
       draw();
     };
@@ -206,18 +213,18 @@ export function open(root, app) {
       { class: marked ? "marked" : null, "data-item": name },
       el.th({ scope: "row" }, key, " ", button(name, choose, { class: "quiet" })),
       x === null
-        ? el("td.dim.small", { colspan: 3 }, "in " + of + ", not connected to " + frame)
+        ? el("td.dim.small", { colspan: 3 }, "in " + itemFrame + ", not connected to " + frame)
         : [metresText(x), metresText(y), turn].map((text) => el("td.n", text)),
     );
   }
 
-  const soon = life.framed(draw);
-  life.add(store.onChange(soon), app.model.onChange(soon), app.onRenew(read), () => drawing.gone());
-  life.listen(app, "select", soon);
+  const drawSoon = life.framed(draw);
+  life.add(store.onChange(drawSoon), app.model.onChange(drawSoon), app.onRenew(read), () => drawing.gone());
+  life.listen(app, "select", drawSoon);
   if (recording) {
-    life.follow(recording, soon);
+    life.follow(recording, drawSoon);
   } else {
-    life.every(TICK_MS, soon);
+    life.every(TICK_MS, drawSoon);
     read();
   }
   return { go: draw, close: life.close };

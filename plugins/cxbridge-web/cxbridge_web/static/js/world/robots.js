@@ -63,7 +63,7 @@ export class Lanes {
         el("div.lane-track", { ...about, on: { pointerdown: choose } }, bars),
       );
     };
-    const state = [history.revision, from, history.goesOn ? to : 0];
+    const state = [history.revision, from, history.hasOpenItems ? to : 0];
     if (redraw(this.rows, state, () => [...robots].map(lane)))
       this.rows.querySelector(".lane-track")?.append(this.cursor);
     this.cursor.style.left = 100 * Math.min(1, Math.max(0, share(now))) + "%";
