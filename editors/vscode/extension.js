@@ -89,14 +89,14 @@ async function stopServer() {
   await runningClient?.stop();
 }
 
-const adapters = {
+const adapterFactory = {
   createDebugAdapterDescriptor(session) {
     const { command, cwd } = configuredProgram(session.workspaceFolder?.uri ?? firstFolder());
     return new vscode.DebugAdapterExecutable(command, ["dap"], { cwd });
   },
 };
 
-const configurations = {
+const configurationProvider = {
   // F5 in a CLIPS file without a launch.json starts the scenario in the folder of the file
   resolveDebugConfiguration(folder, config) {
     if (config.type || config.request || config.name) {
@@ -126,8 +126,8 @@ const configurations = {
 
 async function activate(context) {
   context.subscriptions.push(
-    vscode.debug.registerDebugAdapterDescriptorFactory(NAME, adapters),
-    vscode.debug.registerDebugConfigurationProvider(NAME, configurations),
+    vscode.debug.registerDebugAdapterDescriptorFactory(NAME, adapterFactory),
+    vscode.debug.registerDebugConfigurationProvider(NAME, configurationProvider),
     vscode.commands.registerCommand(`${NAME}.restartServer`, async () => {
       await stopServer();
       await startServer();

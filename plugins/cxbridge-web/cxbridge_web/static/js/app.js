@@ -14,8 +14,8 @@ import { Stream } from "cx/stream.js";
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000, // the period of reading the status
   GOALS_MS = 30000, // the period of reading the goals, which also come as events
-  SOON_MS = 1000, // the shortest time between two equal requests
-  LATE_MS = 6000; // how long the clock runs on without a status
+  LEAST_PERIOD_MS = 1000, // the shortest time between two equal requests
+  STATUS_LASTS_MS = 6000; // how long the clock runs on without a status
 const MOST_TOASTS = 4,
   TOAST_MS = 4000,
   ERROR_TOAST_MS = 8000;
@@ -35,8 +35,8 @@ class App extends EventTarget {
   lostBecause = "";
   listeners = new Set(); // called after each change of the app's state
   renewals = new Set(); // called to read the lists of a view again
-  wanted = []; // kinds of events of the open view
-  kept = []; // kinds of events of plotted series
+  viewKinds = []; // kinds of events of the open view
+  plotKinds = []; // kinds of events of plotted series
   stream = new Stream({
     event: (event) => this.live.apply(event),
     state: (state) => this.connected(state),
@@ -60,13 +60,13 @@ class App extends EventTarget {
       await this.live.update(() => readOf(env, "goals"), storeGoals);
       this.goalsProblem = "";
     },
-    SOON_MS,
+    LEAST_PERIOD_MS,
     (error) => {
       this.goalsProblem = error.message;
       this.live.touch("goals");
     },
   );
-  readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), SOON_MS);
+  readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), LEAST_PERIOD_MS);
 
   constructor() {
     super();
@@ -92,17 +92,17 @@ class App extends EventTarget {
 
   /** Follow these kinds of events for the open view. */
   wants(kinds) {
-    this.wanted = kinds;
+    this.viewKinds = kinds;
     if (this.runs) return;
-    this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
+    this.stream.follow([...ALWAYS, ...this.plotKinds, ...kinds]);
   }
   /** Follow these kinds of events in every view, so that plotted series have no gaps. */
   keep(kinds) {
-    this.kept = kinds;
-    this.wants(this.wanted);
+    this.plotKinds = kinds;
+    this.wants(this.viewKinds);
   }
 
-  /** @param state see Stream: "connecting", "open" or "lost" */
+  /** Store the state of the connection. @param state see Stream: "connecting", "open" or "lost" */
   connected(state) {
     if (state === "lost") this.findLostReason();
     if (state === this.connection) return;
@@ -137,10 +137,10 @@ class App extends EventTarget {
     return () => this.renewals.delete(call);
   }
 
-  /** Wait at most SOON_MS for the status, which has the origin of times. */
+  /** Read the first status, from whose begin of the run times count; wait for it at most LEAST_PERIOD_MS. */
   async firstStatus() {
     const timeout = new Promise((done) => {
-      setTimeout(done, SOON_MS);
+      setTimeout(done, LEAST_PERIOD_MS);
     });
     const store = (status) => this.statusIs(status);
     // a failed request leaves the page without a status; the stream reports the lost connection
@@ -154,7 +154,7 @@ class App extends EventTarget {
     this.notify();
   }
 
-  /** @param verb pause, resume, reset or interrupt */
+  /** Send a command to the daemon. @param verb pause, resume, reset or interrupt */
   async command(verb) {
     await this.attempt(async () => this.statusIs(await post("cxbridge/" + verb)));
     this.readGoals();
@@ -196,7 +196,7 @@ class App extends EventTarget {
     if (this.recording || !this.status) return time;
     const statusAgeMs = performance.now() - this.statusAt,
       isStanding = ["PAUSED", "FINISHED"].includes(this.status.state),
-      isRunning = this.status.clock === "real" && !isStanding && statusAgeMs < LATE_MS;
+      isRunning = this.status.clock === "real" && !isStanding && statusAgeMs < STATUS_LASTS_MS;
     return Math.max(time, this.status.now_us + (isRunning ? statusAgeMs * 1000 : 0));
   }
   /** Why controls are disabled; "": they are enabled. */

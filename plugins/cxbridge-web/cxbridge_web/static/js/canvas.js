@@ -53,16 +53,16 @@ export class Canvas {
     this.node = el.canvas({ "aria-hidden": "true", ...attributes });
     this.context = this.node.getContext("2d");
     this.frame = 0;
-    this.sizes = new ResizeObserver(() => this.later());
-    this.sizes.observe(this.node);
-    this.dark = matchMedia("(prefers-color-scheme: dark)");
-    this.changed = () => {
+    this.sizeObserver = new ResizeObserver(() => this.later());
+    this.sizeObserver.observe(this.node);
+    this.darkQuery = matchMedia("(prefers-color-scheme: dark)");
+    this.recolour = () => {
       colours = null;
       this.later();
     };
-    this.dark.addEventListener("change", this.changed);
-    this.looks = new MutationObserver(this.changed); // the page's own switch for light and dark
-    this.looks.observe(document.documentElement, { attributes: true });
+    this.darkQuery.addEventListener("change", this.recolour);
+    this.themeObserver = new MutationObserver(this.recolour); // the page's own switch for light and dark
+    this.themeObserver.observe(document.documentElement, { attributes: true });
   }
 
   get width() {
@@ -96,9 +96,9 @@ export class Canvas {
   /** End all listening; called when the canvas leaves the page. */
   gone() {
     cancelAnimationFrame(this.frame);
-    this.sizes.disconnect();
-    this.looks.disconnect();
-    this.dark.removeEventListener("change", this.changed);
+    this.sizeObserver.disconnect();
+    this.themeObserver.disconnect();
+    this.darkQuery.removeEventListener("change", this.recolour);
   }
 }
 
@@ -137,7 +137,7 @@ export function fillBox(context, colour, x, y, width, height, alpha = 1) {
   context.globalAlpha = 1;
 }
 
-const SLOP = 4, // pixels: a press that moves less is a click
+const CLICK_RADIUS = 4, // pixels: a press that moves less is a click
   LINE_HEIGHT = 16, // pixels a line, for wheels that count lines
   WHEEL = 500, // pixels of the wheel that scale by e
   PINCHED_WHEEL = 120, // the same for two fingers on a touchpad, which browsers report as a wheel with Ctrl
@@ -150,8 +150,8 @@ const SLOP = 4, // pixels: a press that moves less is a click
  * places of a drag in place of pan and zoom
  */
 export function gestures(node, handlers) {
-  const down = new Map(); // pointers that are pressed
-  let moved = false, // the press is no click any more
+  const pressed = new Map(); // id of a pressed pointer -> its place
+  let isMoved = false, // the press is no click any more
     drag = null; // the function that grab() has returned
   const place = (event) => {
     const box = node.getBoundingClientRect();
@@ -171,33 +171,33 @@ export function gestures(node, handlers) {
     if (event.button > 0) return;
     const at = place(event);
     node.setPointerCapture(event.pointerId);
-    down.set(event.pointerId, at);
-    moved = down.size > 1;
+    pressed.set(event.pointerId, at);
+    isMoved = pressed.size > 1;
     handlers.leave();
-    drag = (down.size === 1 && handlers.grab?.(at.x, at.y)) || null;
+    drag = (pressed.size === 1 && handlers.grab?.(at.x, at.y)) || null;
   });
   node.addEventListener("pointermove", (event) => {
     const at = place(event),
-      before = down.get(event.pointerId);
+      before = pressed.get(event.pointerId);
     if (!before) {
       if (event.pointerType !== "touch") handlers.point(at.x, at.y);
       return;
     }
     if (drag) drag(at.x, at.y);
-    if (drag || (!moved && Math.hypot(at.x - before.x, at.y - before.y) <= SLOP)) return;
-    moved = true;
-    down.set(event.pointerId, at);
-    const [, other] = [...down].find(([id]) => id !== event.pointerId) || [];
+    if (drag || (!isMoved && Math.hypot(at.x - before.x, at.y - before.y) <= CLICK_RADIUS)) return;
+    isMoved = true;
+    pressed.set(event.pointerId, at);
+    const [, other] = [...pressed].find(([id]) => id !== event.pointerId) || [];
     const distance = (point) => Math.max(LEAST_DISTANCE, Math.hypot(point.x - other.x, point.y - other.y));
     if (!other) handlers.pan(at.x - before.x, at.y - before.y);
     else handlers.zoom(distance(at) / distance(before), (at.x + other.x) / 2, (at.y + other.y) / 2);
   });
   for (const end of ["pointerup", "pointercancel"])
     node.addEventListener(end, (event) => {
-      const wasDown = down.delete(event.pointerId),
+      const wasDown = pressed.delete(event.pointerId),
         { x, y } = place(event);
-      if (wasDown && !moved && !drag && end === "pointerup") handlers.press(x, y);
-      if (!down.size) drag = null;
+      if (wasDown && !isMoved && !drag && end === "pointerup") handlers.press(x, y);
+      if (!pressed.size) drag = null;
     });
   node.addEventListener("pointerleave", () => handlers.leave());
 }

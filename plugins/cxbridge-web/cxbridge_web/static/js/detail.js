@@ -97,6 +97,7 @@ export class Detail {
       this.readPlans();
     }
     const target = JSON.stringify([path, this.why?.key, this.plans, host.cursor()?.step]),
+      // the duration of a running item is drawn anew each second
       second = isOn ? Math.floor(host.now().time / 1e6) : 0,
       sign = JSON.stringify(isStory ? this.story.sign() : [target, history.revision, second]);
     if (sign === this.sign || (target === this.target && this.rests())) return;
@@ -122,6 +123,7 @@ export class Detail {
     return true;
   }
 
+  /** The path from the run to the shown item, as links. */
   crumbs(path) {
     const { goal, action, call } = resolve(path, this.history),
       entries = [
@@ -145,6 +147,7 @@ export class Detail {
     );
   }
 
+  /** A button with the time of a point, which moves the cursor to the point. */
   at(point) {
     const about = { class: "tl-time", title: "go to this moment" };
     return button(clockText(point.time, 3), () => this.host.setCursor(point), about);
@@ -244,7 +247,7 @@ export class Detail {
     const future = [...byId.values()].map((model) => ({ action: null, model }));
     return this.list("Plan", [...rows, ...future], (row) => this.planned(row), "action");
   }
-  /** A row of the plan. @param row the action in the events and its model of the API; one of them may lack */
+  /** A row of the plan. @param row an action in the events, and its model of the API; one may be missing */
   planned({ action, model }) {
     const state = action ? (lastUpTo(action.changes, this.step)?.state ?? "FORMULATED") : model.state,
       outcome = actionOutcome(state),

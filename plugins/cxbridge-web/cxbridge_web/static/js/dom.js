@@ -154,7 +154,8 @@ export function choice(attributes, changed) {
 
 export const pad = (number, width = 2) => String(number).padStart(width, "0");
 
-const BY_DAY = "cxbridge.time-of-day";
+// the key under which the browser keeps whether times are times of day
+const BY_DAY_KEY = "cxbridge.time-of-day";
 /** The value that the browser keeps under a key; null without one, and where a sandbox has no storage. */
 export function remembered(key) {
   try {
@@ -170,7 +171,7 @@ export function remember(key, value) {
     // the value holds until the page is loaded again
   }
 }
-const timeDisplay = { zero: null, byDay: remembered(BY_DAY) === "yes" };
+const timeDisplay = { zero: null, byDay: remembered(BY_DAY_KEY) === "yes" };
 
 /** Set the begin of the run, from which times count, in microseconds since the epoch; null: unknown. */
 export const countFrom = (begin) => {
@@ -181,7 +182,7 @@ export const zeroOfTimes = () => (timeDisplay.byDay ? null : timeDisplay.zero);
 /** Switch between times of day and seconds into the run. */
 export function switchTimes() {
   timeDisplay.byDay = !timeDisplay.byDay;
-  remember(BY_DAY, timeDisplay.byDay ? "yes" : "no");
+  remember(BY_DAY_KEY, timeDisplay.byDay ? "yes" : "no");
 }
 
 /** The text of a time: seconds into the run, or the time of day. @param digits decimal digits of a second */

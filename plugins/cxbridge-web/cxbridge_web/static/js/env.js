@@ -7,11 +7,11 @@ import { MAIN_ENV } from "cx/names.js";
 /**
  * Read the goals or plans of an environment. The API has them for the executive's environment; for another
  * environment facts are read.
- * @param what goals or plans
+ * @param listName goals or plans
  */
-export async function readOf(env, what) {
-  if (env === MAIN_ENV) return get("clips-executive/" + what);
-  const { templates, make } = MODELS[what];
+export async function readOf(env, listName) {
+  if (env === MAIN_ENV) return get("clips-executive/" + listName);
+  const { templates, make } = MODELS[listName];
   return make(await readFacts(env, templates));
 }
 

@@ -62,6 +62,7 @@ export function rowsOf({ roots, children }, { isFlat, fits, closed }) {
 }
 
 const MOST_BELOW = 9999; // a greater number is not counted exactly
+/** The number of goals below a goal. */
 function countBelow(goal, children) {
   let count = 0;
   const stack = [goal];

@@ -45,12 +45,12 @@ const group = (title, rows) =>
  */
 export function keys(app, views) {
   const help = document.getElementById("help"),
-    numbers = views.slice(0, 9).map(([, title], at) => [String(at + 1), title]);
+    viewKeys = views.slice(0, 9).map(([, title], at) => [String(at + 1), title]);
   help.append(
     el("h2#help-title", "Keys"),
     el(
       "div.key-groups",
-      group("Everywhere", [...numbers, ...Object.entries(EVERYWHERE)]),
+      group("Everywhere", [...viewKeys, ...Object.entries(EVERYWHERE)]),
       Object.entries(GROUPS).map(([title, rows]) => group(title, Object.entries(rows))),
     ),
     el.form(

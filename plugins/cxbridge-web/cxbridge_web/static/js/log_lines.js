@@ -19,9 +19,9 @@ const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller
  */
 export function isOfRobot(item, history, from, to) {
   const calls = callsOf(item),
-    own = namesOf(calls),
-    during = history.calls.filter(({ begin, end }) => begin.time <= to && (!end || end.time >= from)),
-    others = calls.length ? [...namesOf(during)].filter((name) => !own.has(name)) : [],
+    ownNames = namesOf(calls),
+    callsMeanwhile = history.calls.filter(({ begin, end }) => begin.time <= to && (!end || end.time >= from)),
+    otherNames = calls.length ? [...namesOf(callsMeanwhile)].filter((name) => !ownNames.has(name)) : [],
     envs = new Set([...history.goals.values()].map(({ env }) => env)),
     env = item.action?.env || item.env || MAIN_ENV;
   return ({ component, text }) => {
@@ -30,6 +30,6 @@ export function isOfRobot(item, history, from, to) {
       // a skill string occurs in the text, a name is one of the words
       mentions = (name) => (/[{(]/.test(name) ? text.includes(name) : words().includes(name));
     if (envs.size > 1 && envs.has(agent) && agent !== env) return false;
-    return !others.some(mentions) || [...own].some(mentions);
+    return !otherNames.some(mentions) || [...ownNames].some(mentions);
   };
 }

@@ -15,7 +15,7 @@ import { applyTheme } from "cx/theme.js";
 const main = document.getElementById("main");
 window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
 
-const LAST = 1000; // the order of a tab without an order
+const LAST_ORDER = 1000; // the order of a tab without an order
 /**
  * Load the views: each is one file in views/, which the server lists. A file that exports `tab` is a tab at
  * "#/FILE". A file that cannot be loaded is left out.
@@ -26,7 +26,7 @@ async function loadViews() {
   const load = async (name) => {
     const module = await import("cx/views/" + name + ".js"),
       { tab } = module;
-    if (tab) tabs.push({ order: LAST, ...tab, name, formerly: [tab.formerly || []].flat(), module });
+    if (tab) tabs.push({ order: LAST_ORDER, ...tab, name, formerly: [tab.formerly || []].flat(), module });
   };
   const failed = (name) => (error) =>
     app.toast("The view " + name + " cannot be shown: " + error.message, true);
@@ -54,7 +54,7 @@ function navigation(tabs) {
 /** Return a function that opens the view of the address. */
 function router(tabs) {
   const mark = navigation(tabs);
-  let current = null; // the open view, and its module or its unknown address
+  let current = null; // {view, source}: the open view, and its module or its unknown address
 
   function close() {
     if (current) current.view.close();
@@ -75,9 +75,9 @@ function router(tabs) {
     const { path, parts, query } = parseAddress(location.hash),
       [name, ...viewParts] = parts,
       tab = tabs.find((each) => each.name === name),
-      moved = tabs.find(({ formerly }) => formerly.includes(name));
+      renamedTab = tabs.find(({ formerly }) => formerly.includes(name));
     if (!name && tabs.length) location.replace("#/" + tabs[0].name + location.hash.slice(path.length));
-    else if (!tab && moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
+    else if (!tab && renamedTab) location.replace(location.hash.replace("#/" + name, "#/" + renamedTab.name));
     else if (!tab) show("", "Not found", path, [], () => openNotFound(main, path, tabs));
     if (!tab) return;
     const { module } = tab;

@@ -2,6 +2,7 @@
 import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
 import { History } from "cx/timeline/history.js";
 
+// the greatest numbers of kept log lines, gone goals, shown calls and messages
 const MOST_LOG = 20000,
   MOST_GONE = 2000,
   MOST_CALLS = 500,
@@ -25,14 +26,14 @@ export class Model {
    */
   constructor(onRetracted = null, history = null) {
     this.onRetracted = onRetracted;
-    this.isWhole = history !== null;
+    this.isWhole = history !== null; // the history is that of the whole run
     this.history = history || new History();
     this.listeners = new Set(); // get the changed topics, once a frame
     this.watchers = new Set(); // get each event
     this.touched = new Set(); // topics that have changed since the last frame
     this.frame = 0;
-    this.asking = 0; // the number of requests for lists that are under way
-    this.meanwhile = []; // events since the first of these requests
+    this.requestCount = 0; // the requests for lists that are under way
+    this.eventsMeanwhile = []; // events since the first of these requests
     this.clear();
   }
 
@@ -43,14 +44,14 @@ export class Model {
    * @param store(answer) stores the list in the model
    */
   async update(ask, store) {
-    const { length } = this.meanwhile;
-    this.asking += 1;
+    const { length } = this.eventsMeanwhile;
+    this.requestCount += 1;
     try {
       store(await ask());
-      for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event);
+      for (const event of this.eventsMeanwhile.slice(length)) this["on_" + event.kind](event);
     } finally {
-      this.asking -= 1;
-      if (!this.asking) this.meanwhile = [];
+      this.requestCount -= 1;
+      if (!this.requestCount) this.eventsMeanwhile = [];
     }
   }
 
@@ -91,10 +92,11 @@ export class Model {
     if (event.time_us > this.time) this.time = event.time_us;
     if (!this.isWhole) this.history.apply(event);
     this.step = this.isWhole ? event.step : this.history.steps;
-    if (this.asking && (kind === "goal" || kind === "fact")) this.meanwhile.push(event);
+    if (this.requestCount && (kind === "goal" || kind === "fact")) this.eventsMeanwhile.push(event);
     if (handler && !isUnnamed(event)) handler.call(this, event);
     for (const watcher of this.watchers) watcher(event);
   }
+  /** Call a function with each event. Returns a function that ends this. */
   onEvent(watcher) {
     this.watchers.add(watcher);
     return () => this.watchers.delete(watcher);
@@ -153,7 +155,7 @@ export class Model {
       goal.parent = parent ? this.keyOf(env, parent) : "";
       present.set(goal.key, goal);
       // an event that came during the request is newer than the list
-      if (this.meanwhile.some((event) => event.goal === details.id)) continue;
+      if (this.eventsMeanwhile.some((event) => event.goal === details.id)) continue;
       const madeEvent = this.history.addMissingGoal(goal, now);
       if (madeEvent) for (const watcher of this.watchers) watcher(madeEvent);
     }
@@ -192,6 +194,7 @@ export class Model {
   on_log({ time_us: time, level, component, text }) {
     this.log.push({ number: this.logGone + this.log.length, time, level, component, text });
     if (this.log.length > MOST_LOG) {
+      // the oldest tenth makes room
       this.logGone += MOST_LOG / 10;
       this.log.splice(0, MOST_LOG / 10);
     }

@@ -1,4 +1,4 @@
-// Keys of goals, and names in events.
+// Keys of goals, names in events, and a binary search.
 export const MAIN_ENV = "executive"; // the environment of an agent without a name
 /** The key of a goal: its id, behind its environment if that is not the executive's. */
 export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);

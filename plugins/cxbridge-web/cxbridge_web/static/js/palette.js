@@ -44,6 +44,7 @@ export function palette(app, views) {
       if (points) fitting.push({ entry, points });
     }
     const groupSizes = {};
+    // the filter counts the entries of each group while it goes through them
     shown = fitting
       .sort((a, b) => b.points - a.points)
       .map(({ entry }) => entry)

@@ -23,6 +23,7 @@ export class Lifetime {
     this.add(call.stop);
     return call;
   }
+  /** Return a limited call, see throttled(), which stops when the view is closed. */
   reader(call, ms, failed) {
     return this.stopped(throttled(call, ms, failed));
   }
@@ -38,6 +39,7 @@ export class Lifetime {
     target.addEventListener(type, call, options);
     this.add(() => target.removeEventListener(type, call));
   }
+  /** Call a function after each change of the moment of a recording. */
   follow(recording, call) {
     recording.listeners.add(call);
     this.add(() => recording.listeners.delete(call));

@@ -8,10 +8,10 @@ export class Stream {
   last = "0"; // the id of the last received event; "0": all events that the daemon still has
   epoch = null; // identifies the daemon's process
   source = null; // the EventSource
-  tries = 0; // failed attempts to connect
+  failedAttempts = 0; // to connect, since the last connection
   isWaiting = true; // for the event hello, after which all lists are read
   queue = []; // received lines, each an event
-  working = null; // the timer for the rest of the queue
+  workTimer = null; // the timer for the rest of the queue
 
   /**
    * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello,
@@ -44,7 +44,7 @@ export class Stream {
       message: ({ data, lastEventId }) => {
         this.last = lastEventId || this.last;
         this.queue.push(...data.split("\n"));
-        if (!this.working) this.work();
+        if (!this.workTimer) this.work();
       },
       error: () => this.source === source && this.lost(),
     };
@@ -55,7 +55,7 @@ export class Stream {
     const [epoch] = String(hello.last || "").split("-"),
       isRestarted = this.epoch !== null && epoch !== this.epoch; // the model has the state of another process
     this.epoch = epoch;
-    this.tries = 0;
+    this.failedAttempts = 0;
     this.isWaiting = false;
     if (isRestarted) {
       this.queue = [];
@@ -68,31 +68,31 @@ export class Stream {
   lost() {
     this.close();
     this.handlers.state("lost");
-    const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
-    this.timer = setTimeout(() => this.open(), wait);
+    const wait = RETRY_MS[Math.min(this.failedAttempts++, RETRY_MS.length - 1)];
+    this.retryTimer = setTimeout(() => this.open(), wait);
   }
 
   /** Apply the queued events in slices; all at once while the page is hidden, because its timers rest. */
   work() {
-    const begin = performance.now(),
+    const beganAt = performance.now(),
       { queue } = this;
     let at = 0;
     try {
       while (
         at < queue.length &&
-        (at % CHECKED_EVENTS || document.hidden || performance.now() - begin < SLICE_MS)
+        (at % CHECKED_EVENTS || document.hidden || performance.now() - beganAt < SLICE_MS)
       )
         this.handlers.event(JSON.parse(queue[at++]));
     } finally {
       queue.splice(0, at);
       const isBehind = this.queue.length > 0;
-      if (!isBehind && this.working) this.handlers.caughtUp();
-      this.working = isBehind ? setTimeout(() => this.work(), 0) : null;
+      if (!isBehind && this.workTimer) this.handlers.caughtUp();
+      this.workTimer = isBehind ? setTimeout(() => this.work(), 0) : null;
     }
   }
 
   close() {
-    clearTimeout(this.timer);
+    clearTimeout(this.retryTimer);
     if (this.source) this.source.close();
     this.source = null;
   }

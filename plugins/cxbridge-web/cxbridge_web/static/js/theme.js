@@ -13,7 +13,7 @@ const originals = new WeakMap(); // media rule -> its original query
 /** The theme that the user chose last. */
 const rememberedTheme = () => THEMES.find((theme) => theme === remembered(KEY)) || "system";
 
-/** Yield the media rules, also those within other rules. */
+/** Yield the media rules among rules of a style sheet, also those within other rules. */
 function* mediaRules(rules) {
   for (const rule of rules) {
     if (rule instanceof CSSMediaRule) yield rule;

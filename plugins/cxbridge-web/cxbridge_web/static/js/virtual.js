@@ -19,7 +19,7 @@ export class VirtualList {
    * @param height the CSS variable with the height of a row
    */
   constructor({ label, key, sign, draw, select = null, open = null, resized = null, height = "--row" }) {
-    Object.assign(this, { key, sign, draw, select, open, height, items: [], selected: null, high: 0 });
+    Object.assign(this, { key, sign, draw, select, open, height, items: [], selected: null, knownHeight: 0 });
     this.name = "list" + ++listCount;
     this.rows = new Map(); // key -> {sign, node} of a visible row
     this.room = el("div.room", { role: "presentation" });
@@ -28,22 +28,22 @@ export class VirtualList {
     this.box.addEventListener("scroll", () => this.later(), { passive: true });
     this.box.addEventListener("keydown", (event) => this.onKey(event));
     // A row that is drawn again between press and release would get no click: the list holds still meanwhile.
-    this.held = false;
+    this.isHeld = false;
     this.box.addEventListener("pointerdown", (event) => {
-      this.held = event.target.closest(".row") !== null;
+      this.isHeld = event.target.closest(".row") !== null;
     });
     this.release = () => {
-      if (this.held) this.later();
-      this.held = false;
+      if (this.isHeld) this.later();
+      this.isHeld = false;
     };
     for (const end of RELEASES) window.addEventListener(end, this.release);
     this.box.addEventListener("click", (event) => this.onClick(event));
-    this.sizes = new ResizeObserver(() => {
-      this.high = 0; // on a narrow page rows are higher
+    this.sizeObserver = new ResizeObserver(() => {
+      this.knownHeight = 0; // on a narrow page rows are higher
       this.later();
       resized?.();
     });
-    this.sizes.observe(this.box);
+    this.sizeObserver.observe(this.box);
   }
 
   later() {
@@ -71,13 +71,13 @@ export class VirtualList {
 
   /** The height of a row in pixels; a list without a style yet is measured again. */
   get rowHeight() {
-    this.high ||= parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 0;
-    return this.high || DEFAULT_HEIGHT;
+    this.knownHeight ||= parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 0;
+    return this.knownHeight || DEFAULT_HEIGHT;
   }
 
   /** Draw the visible rows; rows with the same sign keep their elements. */
   update() {
-    if (this.held) return; // see the constructor
+    if (this.isHeld) return; // see the constructor
     const { box, room, rowHeight: high, items, rows: old } = this;
     room.style.height = items.length * high + "px";
     const first = Math.max(0, Math.floor(box.scrollTop / high) - EXTRA);
@@ -86,12 +86,12 @@ export class VirtualList {
     for (let at = first; at < end; at++) {
       const item = items[at],
         key = this.key(item),
-        chosen = key === this.selected,
-        sign = [at, chosen, high, items.length, this.sign(item)].join(" ");
+        isChosen = key === this.selected,
+        sign = [at, isChosen, high, items.length, this.sign(item)].join(" ");
       let row = old.get(key);
-      if (!row || row.sign !== sign) row = { sign, node: this.row(item, at, chosen) };
+      if (!row || row.sign !== sign) row = { sign, node: this.row(item, at, isChosen) };
       this.rows.set(key, row);
-      if (chosen) box.setAttribute("aria-activedescendant", row.node.id);
+      if (isChosen) box.setAttribute("aria-activedescendant", row.node.id);
     }
     const nodes = [...this.rows.values()].map(({ node }) => node);
     if (nodes.length !== room.children.length || nodes.some((node, at) => room.children[at] !== node))
@@ -99,19 +99,19 @@ export class VirtualList {
   }
 
   /** Make the element of a row. */
-  row(item, at, chosen) {
+  row(item, at, isChosen) {
     const isTree = this.open !== null,
       icon = item.open === null ? "" : item.open ? "▾" : "▸";
     const node = el.div({
-      class: ["row", chosen && "selected"].filter(Boolean).join(" "),
+      class: ["row", isChosen && "selected"].filter(Boolean).join(" "),
       id: this.name + "-" + at,
       role: isTree ? "treeitem" : "option",
       "aria-posinset": at + 1,
       "aria-setsize": this.items.length,
-      "aria-selected": String(chosen),
+      "aria-selected": String(isChosen),
       "aria-level": isTree ? item.depth + 1 : null,
       "aria-expanded": isTree && item.open !== null ? String(item.open) : null,
-      style: `top: ${at * this.high}px; height: ${this.high}px`,
+      style: `top: ${at * this.knownHeight}px; height: ${this.knownHeight}px`,
     });
     const style = `margin-left: calc(${Math.min(item.depth, 12)} * var(--indent))`;
     refill(node, isTree && el("span.fold", { "aria-hidden": "true", style }, icon), this.draw(item));
@@ -128,12 +128,12 @@ export class VirtualList {
   }
 
   toEnd() {
-    this.box.scrollTop = this.items.length * this.high;
+    this.box.scrollTop = this.items.length * this.knownHeight;
     this.update();
   }
   /** Whether the end of the list is visible, give or take two rows. */
   get atEnd() {
-    return this.box.scrollTop + this.box.clientHeight >= this.items.length * this.high - 2 * this.high;
+    return this.box.scrollTop + this.box.clientHeight >= (this.items.length - 2) * this.knownHeight;
   }
 
   choose(at, how) {
@@ -163,7 +163,7 @@ export class VirtualList {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.box || !items.length) return;
     const at = items.findIndex((item) => this.key(item) === this.selected),
       item = items[at],
-      page = Math.max(1, Math.floor(this.box.clientHeight / this.high) - 1), // rows
+      page = Math.max(1, Math.floor(this.box.clientHeight / this.knownHeight) - 1), // rows
       moves = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity };
     if (event.key in moves) {
       const next = at < 0 && event.key !== "End" ? 0 : at + moves[event.key];
@@ -184,8 +184,9 @@ export class VirtualList {
     return this.items.slice(0, at).findLastIndex((each) => each.depth < this.items[at].depth);
   }
 
+  /** End all listening; called when the list leaves the page. */
   gone() {
-    this.sizes.disconnect();
+    this.sizeObserver.disconnect();
     for (const end of RELEASES) window.removeEventListener(end, this.release);
     cancelAnimationFrame(this.frame);
   }

@@ -57,7 +57,7 @@ export const causeList = (app, list, rules) =>
     list.map(({ text, because }) => el.li(linked(app, text, rules), causeList(app, because, rules))),
   );
 
-/** The transitions of a story, each with the rule that fired before it. */
+/** The folded list of a story's transitions, each with the last rule before it; null without transitions. */
 function moments(app, list, rules) {
   if (!list.length) return null;
   const item = ({ seconds, text, rules: firedBefore }) => {
@@ -67,6 +67,7 @@ function moments(app, list, rules) {
   };
   return el.details(el.summary("Step by step (" + list.length + ")"), el("ol.history", list.map(item)));
 }
+/** The small lines below an answer. */
 const foot = ({ where, notes }) => [small("in " + where), (notes || []).map((text) => small(text))];
 
 /** The rule that made the plan: the last rule that fired before the goal was EXPANDED. */
@@ -77,7 +78,7 @@ function planRule(list) {
     : null;
 }
 
-/** @param data of GET /cxbridge/why?goal=, ?action= or ?fact= */
+/** The answer about a goal, action or fact. @param data of GET /cxbridge/why?goal=, ?action= or ?fact= */
 function goalWhy(app, data) {
   const stories = data.goals || data.actions || [data],
     fired = stories.flatMap((story) => story.moments.flatMap((moment) => moment.rules)),
@@ -135,9 +136,9 @@ function elements({ elements: list, failing, fired }) {
 function asserted(app, text) {
   const place = el("span.dim.small"),
     [name] = /^f-\d+/.exec(text) || [];
-  const tell = ({ rules = [] }) => rules.length && refill(place, " asserted by ", ruleLink(rules[0]));
+  const showRule = ({ rules = [] }) => rules.length && refill(place, " asserted by ", ruleLink(rules[0]));
   // a recording without firings does not know the rule
-  if (name) ask(app, "fact", name, app.env).then(tell, () => {});
+  if (name) ask(app, "fact", name, app.env).then(showRule, () => {});
   return place;
 }
 
@@ -155,7 +156,7 @@ function failure(app, { reason, near, facts = [], inner }) {
   );
 }
 
-/** @param data of GET /cxbridge/why?rule= */
+/** The answer about a rule. @param data of GET /cxbridge/why?rule= */
 function ruleWhy(app, data) {
   const { verdict, bases, fired, last_fired: last, errors } = data,
     joined = (list, by) => [list].flat().join(by);

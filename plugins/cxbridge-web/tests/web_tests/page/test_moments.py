@@ -60,7 +60,7 @@ def test_selected_moment_of_live_run_holds_in_all_views(tab, site, daemon):
     tab.wait_for_selector("#state >> text=RUNNING")
     tab.wait_for_selector("#scrub >> text=At ")
     tab.click("nav >> text=CLIPS")
-    tab.wait_for_selector("#told >> text=This view shows the present")
+    tab.wait_for_selector("#moment-text >> text=This view shows the present")
     tab.click("nav >> text=Goals")
     tab.wait_for_selector("#state >> text=PAST")
     tab.click("#to-live")

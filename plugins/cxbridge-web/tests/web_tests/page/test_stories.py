@@ -85,7 +85,7 @@ def test_stuck_run_shows_waiting_action(tab, tmp_path):
         tab.wait_for_selector(".story-head p >> text=action 1 drive of deliver1 has been PENDING")
         assert tab.locator(".story-head a").first.get_attribute("href") == "#/timeline/goal/deliver1"
         tab.wait_for_selector(".story .outcome >> text=waiting")
-        tab.wait_for_selector("#told >> text=9.000 s, nothing new since 1.000 s: action drive")
+        tab.wait_for_selector("#moment-text >> text=9.000 s, nothing new since 1.000 s: action drive")
         tab.wait_for_selector(".story-why >> text=action 1 drive of deliver1 has been PENDING since 1.000 s")
         tab.goto(url + recordings.start_path + "#/timeline/goal/deliver1")
         tab.click("#why")

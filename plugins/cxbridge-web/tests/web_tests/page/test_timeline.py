@@ -202,7 +202,7 @@ def test_errors_are_marks_with_text(recorded):
     tab.mouse.move(x_of(tab, 4.5), y_of(tab, "FETCH"))
     tab.wait_for_selector(".tl-tip >> text=failed, 4.0 s")
     tab.click("text=Next error")
-    tab.wait_for_selector("#told >> text=6.000 s")
+    tab.wait_for_selector("#moment-text >> text=6.000 s")
 
 
 def test_wheel_keys_and_buttons_zoom_and_pan(recorded):

@@ -53,16 +53,16 @@ function slotsByTemplate(facts) {
 
 // the names and types of the API: single values, lists, numbers and booleans
 const valuesByName = (names, get) => Object.fromEntries(names.map((name) => [name, get(name)]));
-const GOAL = ["id", "class", "type", "sub-type", "parent", "mode", "outcome", "message", "priority"],
-  GOAL_LISTS = ["error", "meta", "required-resources", "acquired-resources"];
+const GOAL_SLOTS = ["id", "class", "type", "sub-type", "parent", "mode", "outcome", "message", "priority"],
+  GOAL_LIST_SLOTS = ["error", "meta", "required-resources", "acquired-resources"];
 
 function goalOf({ all, first }, plans) {
-  const own = plans.filter((plan) => plan.first("goal-id") === first("id"));
+  const ownPlans = plans.filter((plan) => plan.first("goal-id") === first("id"));
   return {
-    ...valuesByName(GOAL, first),
-    ...valuesByName(GOAL_LISTS, all),
+    ...valuesByName(GOAL_SLOTS, first),
+    ...valuesByName(GOAL_LIST_SLOTS, all),
     parameters: all("params"),
-    plans: own.map((plan) => plan.first("id")),
+    plans: ownPlans.map((plan) => plan.first("id")),
   };
 }
 const actionOf = ({ all, first }) => ({

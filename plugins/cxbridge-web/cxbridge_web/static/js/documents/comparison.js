@@ -5,12 +5,14 @@ import { OUTCOMES } from "cx/outcome.js";
 
 // the signs of the kinds of differences
 const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
-const LISTED = 200, // differences in the list
-  LONGEST = 400; // characters of an event
+const MOST_LISTED = 200, // differences in the list
+  LONGEST_TEXT = 400; // characters of an event
 const SIDES = ["a", "b"];
 
-const short = (text) =>
-  text.length <= LONGEST ? text : text.slice(0, LONGEST / 2) + " ... " + text.slice(-LONGEST / 2);
+const shortened = (text) =>
+  text.length <= LONGEST_TEXT
+    ? text
+    : text.slice(0, LONGEST_TEXT / 2) + " ... " + text.slice(-LONGEST_TEXT / 2);
 const sign = ({ kind }) => el("span.sign", { role: "img", "aria-label": kind, title: kind }, SIGNS[kind]);
 /** @param make(side) the content of a side, "a" or "b" */
 const sides = (make) =>
@@ -19,8 +21,8 @@ const sides = (make) =>
     SIDES.map((side) => el.div(el("h3.side", side.toUpperCase()), make(side))),
   );
 /** The kind of an event and its text; without a kind if the run has no such event. */
-const eventText = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
-/** The time of the difference in one run's context; undefined if the run has no such event. */
+const eventText = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(shortened(text))];
+/** The time of a difference in seconds into one run; undefined if the run has no such event. */
 const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
 /** The address of a moment on the page of a run; null: the page has only the comparison. */
@@ -35,14 +37,14 @@ const momentLink = (report, side, seconds, attributes, text) =>
   linkTo(addressOf(report, side, "timeline", seconds), attributes, text + secondsText(seconds));
 
 function lineCells(line, report, side) {
-  const text = short(line.text);
+  const text = shortened(line.text);
   return [
     el("td.n.dim", momentLink(report, side, line.seconds, {}, "")),
     el("td.what", el.code(line.here ? el.b(text) : text)),
   ];
 }
 
-/** The events around a difference. */
+/** The events around a difference, in two columns. @param number the index of the difference */
 const surroundings = (number, report) =>
   sides((side) => {
     const lines = report.contexts[number][side].lines.map((line) => lineCells(line, report, side));
@@ -59,6 +61,7 @@ const rules = (list) =>
 
 // -- the goals of both runs, a row for each goal
 
+/** The end of the longer run, in the unit of the report; 1 for empty runs, since bars divide by it. */
 const longestOf = ({ end }) => Math.max(end.a, end.b) || 1;
 
 /** @param entry the goal in the run of this side; null: this run has no such goal */
@@ -69,18 +72,19 @@ function bar(entry, side, report) {
     { word, icon } = OUTCOMES[outcome],
     text = [name + ": " + goal, word, error].filter(Boolean).join(" "),
     [left, width] = [begin, end - begin].map((value) => (100 * value) / longestOf(report)); // percent
-  const about = {
+  const attributes = {
     class: "pair-bar o-" + outcome + " " + side,
     style: "left: " + left + "%; width: " + width + "%",
     title: text,
     "aria-label": text,
   };
   const href = addressOf(report, side, "goals/" + encodeURIComponent(goal));
-  return linkTo(href, about, outcome === "completed" ? "" : icon);
+  return linkTo(href, attributes, outcome === "completed" ? "" : icon);
 }
 
 function goalRow({ a, b, label, depth }, report) {
   const differs = !a || !b || a.outcome !== b.outcome || a.error !== b.error,
+    // levels below the twelfth are not indented further
     style = "padding-left: " + (0.4 + Math.min(depth, 12) * 0.8) + "em";
   return el.li(
     { class: differs ? "differs" : null },
@@ -93,23 +97,23 @@ function goalRow({ a, b, label, depth }, report) {
 function goalRows(report) {
   const isTimed = report.unit === "s",
     marks = SIDES.map((side) => el("i", { class: "pair-mark " + side, hidden: true })),
-    took = (side) => (isTimed ? report.end[side].toFixed(1) + " s" : report.end[side] + " steps");
+    lengthText = (side) => (isTimed ? report.end[side].toFixed(1) + " s" : report.end[side] + " steps");
   const node = el(
     "div.pair",
     el(
       "p.dim.pair-legend",
       "Each goal has two bars: A above, B below. ",
-      "A took " + took("a") + ", B " + took("b") + ".",
+      "A took " + lengthText("a") + ", B " + lengthText("b") + ".",
     ),
     el("div.pair-marks", { "aria-hidden": "true" }, el.span(), el.span(marks)),
     el.ol(report.goals.map((row) => goalRow(row, report))),
     report.more_goals ? note("and " + report.more_goals + " more goals") : null,
   );
   function mark(context) {
-    for (const [at, side] of SIDES.entries()) {
+    for (const [index, side] of SIDES.entries()) {
       const seconds = secondsOf(context?.[side]);
-      marks[at].hidden = seconds === undefined || !isTimed;
-      marks[at].style.left = (100 * (seconds || 0)) / longestOf(report) + "%";
+      marks[index].hidden = seconds === undefined || !isTimed;
+      marks[index].style.left = (100 * (seconds || 0)) / longestOf(report) + "%";
     }
   }
   return { node, mark };
@@ -126,7 +130,7 @@ function differenceBox(number, report) {
     return seconds !== undefined && momentLink(report, side, seconds, { class: "dim" }, "at ");
   };
   return [
-    el.p(sign(difference), subject ? el.b(" " + short(subject) + ":") : null, " " + what),
+    el.p(sign(difference), subject ? el.b(" " + shortened(subject) + ":") : null, " " + what),
     sides((side) => [el("p.code", eventText(difference[side])), moment(side)]),
     context
       ? [
@@ -139,7 +143,7 @@ function differenceBox(number, report) {
   ];
 }
 
-/** Walk through the differences. @param mark marks the shown difference in the rows of goals */
+/** Show the differences one by one. @param mark marks the shown difference in the rows of goals */
 function walk(report, mark) {
   const box = el.div({ "aria-live": "polite" }),
     title = el("h2#first"),
@@ -157,13 +161,13 @@ function walk(report, mark) {
     mark(report.contexts[number]);
   }
   show(0);
-  const rows = differences.slice(0, LISTED).map((difference, number) => {
+  const rows = differences.slice(0, MOST_LISTED).map((difference, number) => {
     const choose = () => {
       show(number);
       title.scrollIntoView({ block: "center" });
     };
     const { subject, what } = difference,
-      text = (subject ? short(subject) + ": " : "") + what;
+      text = (subject ? shortened(subject) + ": " : "") + what;
     return [
       sign(difference),
       button(text, choose, { class: "quiet link" }),
@@ -180,17 +184,17 @@ function walk(report, mark) {
   ];
 }
 
-/** The sentence about the first difference. */
+/** The sentence about the first difference: where the runs part. */
 function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
-  const at = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
+  const moments = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
     .filter(([seconds]) => seconds !== undefined && unit === "s")
     .map(([seconds, name]) => secondsText(seconds) + " in " + name);
-  const where = at.length ? " at " + at.join(", ") : " there";
+  const where = moments.length ? " at " + moments.join(", ") : " there";
   return el.p(
     "They part" + where + ": A has ",
-    el.code(short(a.text)),
+    el.code(shortened(a.text)),
     ", B has ",
-    el.code(short(b.text)),
+    el.code(shortened(b.text)),
     ".",
   );
 }

@@ -14,7 +14,10 @@ const table = (heads, rows, empty, numbers = []) =>
 const badges = (names, goalOf) =>
   names?.length ? names.map((name) => [outcomeBadge(goalOutcome(goalOf(name)), name), " "]) : "-";
 
-/** Select the rows to draw, each with the rows of the runs that it left. Returns the numbers of the rows. */
+/**
+ * Select the runs to draw, each with its ancestors: the runs that it and they left.
+ * @returns the indices of their rows, ascending
+ */
 function selectRows(rows) {
   const isSound = (number) => rows[number].violations.length === 0,
     byImportance = [...rows.keys()].sort(
@@ -22,14 +25,15 @@ function selectRows(rows) {
     ),
     drawn = new Set();
   for (const number of byImportance) {
-    const line = []; // the row and its ancestors that are not drawn yet
+    const lineage = []; // the row and its ancestors that are not drawn yet
     for (let above = number; above !== null && !drawn.has(above); above = rows[above].parent)
-      line.push(above);
-    if (drawn.size + line.length <= MOST_DRAWN) for (const ancestor of line) drawn.add(ancestor);
+      lineage.push(above);
+    if (drawn.size + lineage.length <= MOST_DRAWN) for (const ancestor of lineage) drawn.add(ancestor);
   }
   return [...drawn].sort((one, other) => one - other);
 }
 
+/** The map of the runs, with notes. */
 function map(rows) {
   const drawn = selectRows(rows),
     places = new Map(drawn.map((number, place) => [number, place])),
@@ -58,7 +62,7 @@ function map(rows) {
   ];
 }
 
-/** The choices by which runs left another run, with the ends of the runs. */
+/** The table of the choices by which runs left another run, and how these runs ended. */
 function faults(rows) {
   const rowsByChoice = Map.groupBy(
     rows.filter(({ choice }) => choice),
@@ -106,13 +110,14 @@ function unreached({ rules, goals, actions }) {
   ];
 }
 
-const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
+/** The table of goal classes: the outcomes that goals had, and the modes that no goal reached. */
+const goalsOf = ({ outcomes: outcomesByClass, modes_never_reached: neverByClass }) =>
   table(
     ["class", "outcomes", "never in the mode"],
-    Object.entries(ended).map(([name, ends]) => [
+    Object.entries(outcomesByClass).map(([name, outcomes]) => [
       name,
-      badges(ends, (outcome) => ({ mode: "FINISHED", outcome })),
-      badges(never[name], (mode) => ({ mode, outcome: "" })),
+      badges(outcomes, (outcome) => ({ mode: "FINISHED", outcome })),
+      badges(neverByClass[name], (mode) => ({ mode, outcome: "" })),
     ]),
     "no goals",
   );
@@ -133,7 +138,7 @@ export function open(main, { live, summary, command, properties: allProperties, 
       "div.document",
       el("p.verdict", { role: "status" }, (live ? "Exploring: " : "") + summary),
       el.p(el.code(command)),
-      sections.filter(Boolean).map((each) => section(...each)),
+      sections.filter(Boolean).map((parameters) => section(...parameters)),
     ),
   );
 }

@@ -13,22 +13,24 @@ const ROW = 22, // height of a lane
   PIXELS_A_SECOND = 6,
   LETTER = 6.6, // mean width of a letter
   TICK_PIXELS = 100; // the least distance of two ticks
-const TICKS = [1, 2, 5, 10, 30, 60, 120, 300, 600]; // seconds between two ticks
+const TICK_STEPS_S = [1, 2, 5, 10, 30, 60, 120, 300, 600]; // seconds between two ticks
 
 /** The y of the middle of a lane. */
 const middleOf = (place) => HEAD + ROW * place + ROW / 2;
 const cut = (text, letters) => (text.length <= letters ? text : text.slice(0, letters - 1) + "…");
 
+/** The times of the ticks in seconds, from 0. */
 function tickTimes(seconds, width) {
   const leastStep = (seconds * TICK_PIXELS) / width,
-    step = TICKS.find((each) => each >= leastStep) || Math.ceil(leastStep);
+    step = TICK_STEPS_S.find((candidate) => candidate >= leastStep) || Math.ceil(leastStep);
   return Array.from({ length: Math.floor(seconds / step) + 1 }, (_, at) => at * step);
 }
 
 /**
  * Draw a lane for each run.
- * @param rows {label, begin, end, kind: a class, title, href, from: the lane that the run left, isBold}
- * @param length seconds
+ * @param rows {label, begin, end (both seconds), kind: a CSS class, title, href, from: the index of the
+ * lane that the run left, -1 for none; isBold}
+ * @param length the end of the axis in seconds
  * @param about a description for screen readers
  */
 export function lanes(rows, length, about) {
@@ -38,6 +40,7 @@ export function lanes(rows, length, about) {
     room = Math.min(innerWidth - MARGINS, COLUMN) - labelWidth,
     width = Math.min(Math.max(NARROWEST, room, seconds * PIXELS_A_SECOND), WIDEST),
     height = HEAD + ROW * rows.length + 4,
+    // a margin of 4 on both sides
     x = (time) => 4 + ((width - 8) * time) / seconds;
   const label = ({ label: text, title, isBold }, place) =>
     svg.text(

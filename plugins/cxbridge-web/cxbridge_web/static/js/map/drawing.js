@@ -3,10 +3,10 @@
 import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, line, niceStep } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 
-const LEAST = 2, // pixels a metre
-  MOST = 4000, // pixels a metre
-  STEP = 40, // pixels that an arrow key moves the map
-  ZOOM = 1.3, // the factor of a key
+const LEAST_SCALE = 2, // pixels a metre
+  MOST_SCALE = 4000, // pixels a metre
+  KEY_STEP = 40, // pixels that an arrow key moves the map
+  KEY_ZOOM = 1.3, // the factor of a key
   MARGIN = 1.25; // the width of the fitted map, as a multiple of the width of its items
 const NEAR = 14; // the distance in pixels at which an item counts as pointed at
 const AXES = ["#d1242f", "#1a7f37"]; // x and y of a frame, as in rviz
@@ -16,7 +16,17 @@ export class Drawing {
    * @param handlers hover(item or null), pick(item or null), moved() after the user moved or scaled the map
    */
   constructor(handlers) {
-    Object.assign(this, { handlers, scale: 80, x: 0, y: 0, graphs: [], items: [], hot: null, grid: 1 });
+    // scale: pixels a metre; x, y: the place in the middle; gridStep: metres between two lines of the grid
+    Object.assign(this, {
+      handlers,
+      scale: 80,
+      x: 0,
+      y: 0,
+      graphs: [],
+      items: [],
+      hovered: null,
+      gridStep: 1,
+    });
     this.canvas = new Canvas((...args) => this.paint(...args));
     this.box = el(
       "div.map-box",
@@ -32,19 +42,19 @@ export class Drawing {
     gestures(this.canvas.node, {
       pan: (dx, dy) => this.move(dx, dy),
       zoom: (factor, x, y) => this.zoom(factor, x, y),
-      point: (x, y) => this.hover(this.near(x, y)),
+      point: (x, y) => this.hover(this.itemNear(x, y)),
       leave: () => this.hover(null),
-      press: (x, y) => handlers.pick(this.near(x, y)),
+      press: (x, y) => handlers.pick(this.itemNear(x, y)),
     });
-    const zoomIn = () => this.zoom(ZOOM);
+    const zoomIn = () => this.zoom(KEY_ZOOM);
     drawingKeys(this.box, {
-      ArrowLeft: () => this.move(STEP, 0),
-      ArrowRight: () => this.move(-STEP, 0),
-      ArrowUp: () => this.move(0, STEP),
-      ArrowDown: () => this.move(0, -STEP),
+      ArrowLeft: () => this.move(KEY_STEP, 0),
+      ArrowRight: () => this.move(-KEY_STEP, 0),
+      ArrowUp: () => this.move(0, KEY_STEP),
+      ArrowDown: () => this.move(0, -KEY_STEP),
       "+": zoomIn,
       "=": zoomIn, // the key of + without Shift
-      "-": () => this.zoom(1 / ZOOM),
+      "-": () => this.zoom(1 / KEY_ZOOM),
       0: () => this.fit(),
     });
   }
@@ -65,7 +75,7 @@ export class Drawing {
   /** Scale the map around a pixel, whose place on the map stays below it. */
   zoom(factor, x = this.canvas.width / 2, y = this.canvas.height / 2) {
     const [xBefore, yBefore] = this.metres(x, y);
-    this.scale = Math.min(MOST, Math.max(LEAST, this.scale * factor));
+    this.scale = Math.min(MOST_SCALE, Math.max(LEAST_SCALE, this.scale * factor));
     const [xAfter, yAfter] = this.metres(x, y);
     this.x += xBefore - xAfter;
     this.y += yBefore - yAfter;
@@ -76,7 +86,7 @@ export class Drawing {
     Object.assign(this, { x, y });
     this.canvas.later();
   }
-  /** Show everything. Returns whether the map has any item. */
+  /** Show everything. Returns false if the map has no item, or no size yet. */
   fit() {
     const { width, height } = this.canvas,
       nodes = this.graphs.flatMap((graph) => Object.values(graph.nodes)),
@@ -94,7 +104,7 @@ export class Drawing {
       [low, high] = range(1),
       scaleFor = (room, span) => room / Math.max(1, span * MARGIN), // at least a metre is visible
       scale = Math.min(scaleFor(width, right - left), scaleFor(height, high - low));
-    this.scale = Math.min(MOST, Math.max(LEAST, scale));
+    this.scale = Math.min(MOST_SCALE, Math.max(LEAST_SCALE, scale));
     this.fitted = width + " " + height;
     this.centre((left + right) / 2, (low + high) / 2);
     return true;
@@ -111,8 +121,8 @@ export class Drawing {
     return [this.x + (x - width / 2) / this.scale, this.y - (y - height / 2) / this.scale];
   }
 
-  /** The robot, frame or node at a pixel; null without. */
-  near(x, y) {
+  /** The first robot, frame or node within NEAR of a pixel; null if there is none. */
+  itemNear(x, y) {
     const nodes = this.graphs.flatMap((graph) => Object.entries(graph.nodes)),
       candidates = [...this.items, ...nodes.map(([name, node]) => ({ ...node, name, kind: "node" }))];
     const isClose = (item) => {
@@ -122,8 +132,8 @@ export class Drawing {
     return candidates.find(isClose) || null;
   }
   hover(item) {
-    if (item?.name === this.hot?.name) return;
-    this.hot = item;
+    if (item?.name === this.hovered?.name) return;
+    this.hovered = item;
     this.handlers.hover(item);
   }
 
@@ -140,8 +150,9 @@ export class Drawing {
     this.paintScale(context, height, colours);
   }
 
+  /** Draw lines at round metres, about 90 pixels apart; the lines through the origin are stronger. */
   paintGrid(context, width, height, colours) {
-    const step = (this.grid = niceStep(width / this.scale, width / 90)),
+    const step = (this.gridStep = niceStep(width / this.scale, width / 90)),
       [left, top] = this.metres(0, 0),
       [right, low] = this.metres(width, height),
       look = (at) => ({ stroke: colours.line, alpha: at === 0 ? 1 : 0.45 });
@@ -151,9 +162,10 @@ export class Drawing {
       line(context, [this.at(left, at * step), this.at(right, at * step)], look(at));
   }
 
+  /** Draw a bar as long as a step of the grid, with its length, at the lower left. */
   paintScale(context, height, { text: colour }) {
-    const length = this.grid * this.scale,
-      text = this.grid >= 1 ? this.grid + " m" : Math.round(this.grid * 100) + " cm",
+    const length = this.gridStep * this.scale,
+      text = this.gridStep >= 1 ? this.gridStep + " m" : Math.round(this.gridStep * 100) + " cm",
       [left, right, top, low] = [14, 14 + length, height - 20, height - 14];
     line(
       context,
@@ -179,7 +191,8 @@ export class Drawing {
       if (directed) this.paintArrow(context, ...ends, colours.dim);
     }
     const { width, height } = this.canvas,
-      // names would cover a crowded map: each needs about 900 square pixels
+      // names would cover a crowded map, as each needs about 900 square pixels, unless it is zoomed in (60 pixels
+      // a metre)
       isNamed = Object.keys(nodes).length * 900 < width * height || this.scale > 60;
     for (const [name, node] of Object.entries(nodes)) {
       const [x, y] = this.at(node.x, node.y),
@@ -208,6 +221,7 @@ export class Drawing {
     this.shape(context, place, Math.atan2(y2 - y1, x2 - x1), ARROW, { fill });
   }
 
+  /** Draw the path of an item, and a dotted line to the goal of its navigator. */
   paintTrail(context, { number, kind, trail, goal, x, y }, { series }) {
     const look = { stroke: series[number], alpha: 0.6, width: kind === "frame" ? 1.2 : 2.4 },
       way = trail.map((point) => this.at(...point));
@@ -247,11 +261,13 @@ export class Drawing {
     this.paintText(context, item.name, x + 4, y + 5, colours.dim, colours.back);
   }
 
+  /** End all listening; called when the map leaves the page. */
   gone() {
     this.canvas.gone();
   }
 }
 
+// shapes that point along the x axis: [x, y], in pixels of an arrow, in radii of a robot
 const ARROW = [
     [6, 0],
     [-4, -4],

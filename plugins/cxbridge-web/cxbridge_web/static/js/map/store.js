@@ -4,7 +4,7 @@ import { get } from "cx/api.js";
 import { countWhile } from "cx/names.js";
 import { Store } from "cx/stores.js";
 
-const MOST_POINTS = 20_000;
+const MOST_POINTS = 20_000; // of a track; the oldest quarter makes room
 const USUAL_FRAMES = ["map", "world", "odom"];
 // the members of a point that make it differ from the point before
 const COMPARED = ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"];
@@ -27,6 +27,7 @@ function compose(outer, inner) {
     yaw: outer.yaw + inner.yaw,
   };
 }
+/** The pose of the outer frame in the frame of a pose: compose(inverse(pose), pose) is IDENTITY. */
 function inverse({ x, y, yaw }) {
   const cos = Math.cos(yaw),
     sin = Math.sin(yaw);
@@ -58,7 +59,7 @@ class Track {
   }
 }
 
-/** The pose in the values of an interface with `translation` and `rotation`. @param more further members */
+/** The pose in the values of an interface with `translation` and `rotation`. @param more added members */
 const poseOf = ({ frame, translation: [x, y], rotation }, more) => ({
   frame: bare(frame),
   x,
@@ -73,8 +74,9 @@ export class Tracks {
   graphs = new Map(); // name -> {nodes, edges}
 
   /** Take an event, and return whether it has a pose, a frame or a graph. */
-  take({ kind, uid, time_us: time, values, ...rest }) {
-    if (kind === "navgraph") this.graphs.set(rest.graph, { nodes: rest.nodes, edges: rest.edges });
+  take({ kind, uid, time_us: time, values, ...navgraph }) {
+    if (kind === "navgraph")
+      this.graphs.set(navgraph.graph, { nodes: navgraph.nodes, edges: navgraph.edges });
     if (kind !== "interface") return kind === "navgraph";
     const [type, id] = uid.split(/::(.*)/s),
       trackAndPlace = this["of" + type]?.(values, uid, id); // the method of the type of interface

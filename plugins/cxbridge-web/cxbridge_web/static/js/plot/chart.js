@@ -23,6 +23,7 @@ export class Chart {
    * @param timeText(time, step) returns the text of a time on the axis, with `step` between its marks
    */
   constructor(handlers, timeText) {
+    // from, to: the visible times; zero: the time 0 of the axis; end: the end of the run
     Object.assign(this, { handlers, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
     Object.assign(this, { cursor: null, moment: null, axes: [], left: AXIS, right: RIGHT });
     this.canvas = new Canvas((...args) => this.paint(...args));
@@ -38,7 +39,7 @@ export class Chart {
       this.canvas.node,
     );
     gestures(this.canvas.node, {
-      pan: (dx) => this.move((-dx * this.span) / this.wide),
+      pan: (dx) => this.move((-dx * this.span) / this.plotWidth),
       zoom: (factor, x) => this.zoom(factor, this.timeAt(x)),
       point: (x) => this.point(this.timeAt(x)),
       leave: () => this.point(null),
@@ -61,14 +62,15 @@ export class Chart {
   get span() {
     return this.to - this.from;
   }
-  get wide() {
+  /** The width of the plotted area, without the axes. */
+  get plotWidth() {
     return Math.max(1, this.canvas.width - this.left - this.right);
   }
   timeAt(x) {
-    return this.from + ((x - this.left) / this.wide) * this.span;
+    return this.from + ((x - this.left) / this.plotWidth) * this.span;
   }
   xOf(time) {
-    return this.left + ((time - this.from) / this.span) * this.wide;
+    return this.left + ((time - this.from) / this.span) * this.plotWidth;
   }
 
   show(series) {
@@ -102,7 +104,7 @@ export class Chart {
     this.look(around - share * span, around + (1 - share) * span);
     this.handlers.zoomed();
   }
-  /** Move the cursor, or pan. @param direction -1 or 1 */
+  /** Move the cursor, or pan five times as far. @param direction -1 or 1 @param pans whether to pan */
   step(direction, pans) {
     const step = direction * this.span * KEY_STEP,
       previous = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
@@ -120,15 +122,15 @@ export class Chart {
     this.axes = [...groups.values()].map((series, at) => {
       const [{ words }] = series,
         isLeft = at % 2 === 0,
-        wide = words && width > WIDE ? WORDS_AXIS : AXIS,
-        hasRoom = at < 2 || room >= wide,
+        axisWidth = words && width > WIDE ? WORDS_AXIS : AXIS,
+        hasRoom = at < 2 || room >= axisWidth,
         x = hasRoom ? (isLeft ? left : right) : null;
       if (hasRoom) {
-        if (isLeft) left += wide;
-        else right += wide;
-        room -= wide;
+        if (isLeft) left += axisWidth;
+        else right += axisWidth;
+        room -= axisWidth;
       }
-      return { series, words, isLeft, wide, x, ...this.rangeOf(series, words) };
+      return { series, words, isLeft, axisWidth, x, ...this.rangeOf(series, words) };
     });
     this.left = Math.max(left, AXIS);
     this.right = right + RIGHT;
@@ -169,6 +171,7 @@ export class Chart {
     return bottom - ((value - axis.low) / (axis.high - axis.low)) * (bottom - TOP);
   }
 
+  /** Draw the axis of time, about 110 pixels between marks; texts that would be cut are left out. */
   paintTimes(context, bottom, right, colours) {
     const step = niceStep(this.span, (right - this.left) / 110);
     Object.assign(context, { textAlign: "center", textBaseline: "top" });
@@ -180,6 +183,7 @@ export class Chart {
       if (x > this.left + 20 && x < right - 20) context.fillText(this.timeText(time, step), x, bottom + 7);
     }
   }
+  /** Draw an upright line at a visible time. */
   paintMoment(context, time, bottom, look) {
     if (time === null || time < this.from || time > this.to) return;
     const x = this.xOf(time);
@@ -193,6 +197,7 @@ export class Chart {
     );
   }
 
+  /** Draw the marks of an axis, about 46 pixels apart, or each word; the first axis also has lines. */
   paintAxis(context, axis, bottom, right, colours) {
     if (axis.x === null) return;
     const x = axis.isLeft ? this.left - axis.x - 6 : right + axis.x + 6,
@@ -213,7 +218,7 @@ export class Chart {
           { stroke: colours.line, alpha: 0.5 },
         );
       context.fillStyle = isAlone ? colours.series[axis.series[0].number] : colours.dim;
-      if (text !== undefined) context.fillText(fitting(context, text, axis.wide - 10), x, y);
+      if (text !== undefined) context.fillText(fitting(context, text, axis.axisWidth - 10), x, y);
     }
   }
 
@@ -232,7 +237,7 @@ export class Chart {
       last = y;
     };
     context.beginPath();
-    decimate(series, from, to, Math.ceil(this.wide), (time) => this.xOf(time) - this.left, point);
+    decimate(series, from, to, Math.ceil(this.plotWidth), (time) => this.xOf(time) - this.left, point);
     // the last value holds until the end of the run
     if (!Number.isNaN(last) && to === series.count)
       context.lineTo(this.xOf(Math.min(this.to, this.end)), last);
@@ -249,6 +254,7 @@ export class Chart {
     }
   }
 
+  /** End all listening; called when the chart leaves the page. */
   gone() {
     this.canvas.gone();
   }

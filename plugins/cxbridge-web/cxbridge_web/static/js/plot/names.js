@@ -11,11 +11,11 @@ const MOST_ELEMENTS = 8; // of an array, in proposals
 export const HINT = "Type::id.field, template.slot, template{slot=value}.slot, or loop";
 
 /** The end of a name for an element of an array or multislot; "" without an index. */
-const ending = (index) => (index === undefined ? "" : "[" + index + "]");
+const indexText = (index) => (index === undefined ? "" : "[" + index + "]");
 
 function fieldSource([, type, id, field, index]) {
   const uid = type + "::" + id,
-    label = field + ending(index);
+    label = field + indexText(index);
   return {
     ...{ name: uid + "." + label, label, about: uid, kind: "interface", axis: type + "." + field },
     ...{ isStep: false, uid, type, id },
@@ -38,7 +38,7 @@ function slotSource([, givenEnv, template, conditionText, slot, index], usualEnv
     env = givenEnv || usualEnv;
   if (wanted === null) return null;
   const filter = wanted.length ? "{" + wanted.map((pair) => pair.join("=")).join(",") + "}" : "",
-    label = slot + ending(index);
+    label = slot + indexText(index);
   return {
     ...{
       name: env + ":" + template + filter + "." + label,
@@ -65,7 +65,7 @@ const LOOP_TIME = {
  * Return the source of a series by its name; null for a text that is not a name.
  * @param usualEnv the environment for a name without an environment
  * @returns {name, label, about, kind, axis, isStep, sample(event)}: the full name; its last part and its
- * first part for the legend; the kind of events; the series with the same `axis` share an axis; `isStep`: a
+ * first part for the legend; the kind of its events; series with the same `axis` share an axis; `isStep`: a
  * value holds until the next one; `sample` returns the value in an event, or undefined
  */
 export function parseName(text, usualEnv) {

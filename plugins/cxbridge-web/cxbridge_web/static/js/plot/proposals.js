@@ -35,14 +35,14 @@ export async function choices(app) {
   return [...names].sort();
 }
 
-const MOST = 8, // proposals
+const MOST_PROPOSALS = 8,
   // values that change without a meaning of their own: counters, times, and elements of a rotation
   UNWANTED = /(^|[.:])(msgid|time|timestamp|progress_id|visibility_history|rotation)(\[|$)/;
 const isNumber = (value) => value !== "" && Number.isFinite(Number(value));
 
 /** Counts the changes of numbers in events, to propose the values that change most. */
 export class Proposals {
-  seen = new Map(); // name -> {count (of changes), last, least, greatest}
+  statistics = new Map(); // name -> {count (of changes), last, least, greatest}
 
   constructor(events = []) {
     for (const event of events) this.take(event);
@@ -60,19 +60,19 @@ export class Proposals {
   takeFact({ env, template, text }) {
     const slots = parseFact(text)?.slots ?? new Map(),
       id = ["name", "id"].find((slot) => slots.has(slot) && !isNumber(slots.get(slot))),
-      where = id ? "{" + id + "=" + valuesOf(slots.get(id)).join(" ") + "}" : "";
-    for (const [slot, value] of slots) this.note(env + ":" + template + where + "." + slot, value);
+      conditionText = id ? "{" + id + "=" + valuesOf(slots.get(id)).join(" ") + "}" : "";
+    for (const [slot, value] of slots) this.note(env + ":" + template + conditionText + "." + slot, value);
   }
   note(name, value) {
     if (typeof value === "boolean" || !isNumber(value) || UNWANTED.test(name)) return;
     const number = Number(value),
-      { count, last, least, greatest } = this.seen.get(name) || {
+      { count, last, least, greatest } = this.statistics.get(name) || {
         count: -1, // the first value is no change
         least: number,
         greatest: number,
       };
     if (last === number) return;
-    this.seen.set(name, {
+    this.statistics.set(name, {
       count: count + 1,
       last: number,
       least: Math.min(least, number),
@@ -82,10 +82,10 @@ export class Proposals {
 
   /** The names with the most changes: [{name, count, least, greatest}]. */
   get best() {
-    return [...this.seen]
-      .map(([name, known]) => ({ name, ...known }))
+    return [...this.statistics]
+      .map(([name, numbers]) => ({ name, ...numbers }))
       .filter(({ count }) => count > 1)
       .sort((one, other) => other.count - one.count || (one.name < other.name ? -1 : 1))
-      .slice(0, MOST);
+      .slice(0, MOST_PROPOSALS);
   }
 }

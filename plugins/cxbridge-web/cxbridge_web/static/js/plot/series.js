@@ -41,7 +41,7 @@ export class Series {
   }
 
   push(time, value) {
-    // the clock was set back; searches need an order
+    // the clock was set back: the sample is dropped, because searches need ascending times
     if (this.count && time < this.times[this.count - 1]) return;
     let number = this.words ? undefined : numberOf(value);
     if (number === undefined) {

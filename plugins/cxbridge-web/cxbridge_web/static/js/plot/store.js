@@ -35,9 +35,10 @@ class PlotStore extends Store {
     return series;
   }
 
+  /** Add the samples of an event to the live series. */
   take(event) {
-    const changed = [...this.live.values()].filter((series) => series.take(event));
-    if (changed.length) this.notify();
+    const seriesWithSample = [...this.live.values()].filter((series) => series.take(event));
+    if (seriesWithSample.length) this.notify();
   }
 
   /** Add a series. Returns the reason for a refusal, or "". */
@@ -50,7 +51,7 @@ class PlotStore extends Store {
       takenNumbers = new Set([...this.live.values()].map((each) => each.number));
     while (takenNumbers.has(series.number)) series.number += 1;
     this.live.set(source.name, series);
-    if (!this.app.recording) this.begin(series);
+    if (!this.app.recording) this.takePresentValue(series);
     this.changed();
     return "";
   }
@@ -70,8 +71,8 @@ class PlotStore extends Store {
     this.notify();
   }
 
-  /** Begin a live series with the present value: events come only with the next change. */
-  async begin(series) {
+  /** Let a live series begin with the present value, since events come only with the next change. */
+  async takePresentValue(series) {
     const { kind, type, id, env, template, uid } = series.source,
       now = this.app.status?.now_us || this.app.live.time,
       sample = (event) => series.count || series.take({ ...event, kind, time_us: now });

@@ -23,6 +23,7 @@ export const KIND_OF = {
 };
 const CHUNK_HEAD = 28; // bytes of a chunk before the name of its compression: two times, size, checksum
 const FOOTER_SIZE = 20; // bytes of the footer's content, which begins with the place of the summary
+// the paths of the CX core's files
 const CORE = /(^|\/)cxbridge\/executive\/clips\//;
 const decoder = new TextDecoder();
 const [OPEN, COMMA, CLOSE] = new TextEncoder().encode("[,]");
@@ -90,13 +91,13 @@ class Sources {
   startUs = null; // when the run began
 
   /** Take a record of an attachment: two times, its name, its media type, its content. */
-  attachment(bytes, begin) {
+  takeAttachment(bytes, begin) {
     const [name, afterName] = bytes.text(begin + 16),
       [, at] = bytes.text(afterName);
     if (/^clips\/.*\.clp$/.test(name)) this.files.set(name, bytes.string(at + 8, at + 8 + bytes.long(at)));
   }
   /** Take a record of metadata: its name, and pairs of key and value. */
-  metadata(bytes, begin) {
+  takeMetadata(bytes, begin) {
     const [name, from] = bytes.text(begin),
       end = from + 4 + bytes.view.getUint32(from, true),
       values = {};
@@ -129,7 +130,7 @@ class Sources {
 export async function readMcap(fileBytes, pause) {
   const file = new Bytes(fileBytes),
     schemas = new Map(),
-    kinds = new Map(),
+    kindsByChannel = new Map(),
     events = [],
     messages = [], // the messages of a chunk: {kind, text}, the text as bytes
     sources = new Sources(),
@@ -144,15 +145,15 @@ export async function readMcap(fileBytes, pause) {
     [OP.CHANNEL](bytes, begin) {
       const schema = schemas.get(bytes.short(begin + 2));
       if (!KIND_OF[schema]) unknownSchemas.add(schema || "without schema");
-      kinds.set(bytes.short(begin), KIND_OF[schema]);
+      kindsByChannel.set(bytes.short(begin), KIND_OF[schema]);
     },
     [OP.MESSAGE](bytes, begin, end) {
-      const kind = kinds.get(bytes.short(begin));
+      const kind = kindsByChannel.get(bytes.short(begin));
       if (kind) messages.push({ kind, text: bytes.bytes.subarray(begin + MESSAGE_HEAD, end) });
     },
-    [OP.ATTACHMENT]: (bytes, begin) => sources.attachment(bytes, begin),
-    [OP.METADATA]: (bytes, begin) => sources.metadata(bytes, begin),
-    [OP.CHUNK]: chunk,
+    [OP.ATTACHMENT]: (bytes, begin) => sources.takeAttachment(bytes, begin),
+    [OP.METADATA]: (bytes, begin) => sources.takeMetadata(bytes, begin),
+    [OP.CHUNK]: readChunk,
   };
   /** Parse the messages of a chunk all at once: one by one they take three times as long. */
   function parseMessages() {
@@ -180,10 +181,11 @@ export async function readMcap(fileBytes, pause) {
       return null;
     }
   }
-  function chunk(bytes, begin, end) {
+  /** Read the records of a chunk, also if it was cut off. A damaged or packed chunk leads to a note. */
+  function readChunk(bytes, begin, end) {
     if (begin + CHUNK_HEAD + 4 > bytes.length) return; // cut off within its head
     const [compression, next] = bytes.text(begin + CHUNK_HEAD),
-      inner = bytes.part(next + 8, end);
+      inner = bytes.part(next + 8, end); // 8: the size of the records
     if (compression) {
       const remedy = "': unpack it with 'cxbridge trace convert FILE OUT --to mcap'.";
       notes.add("It is packed by '" + compression + remedy);
@@ -202,13 +204,13 @@ export async function readMcap(fileBytes, pause) {
    * Read the channels that a complete file repeats at its end, so that they are known even if a part is
    * damaged.
    */
-  function summary() {
+  function readSummary() {
     const footer = file.length - MAGIC.length - FOOTER_SIZE;
     if (footer < MAGIC.length || !isMcap(fileBytes.subarray(-MAGIC.length))) return;
     for (const { op, begin, end } of file.records(file.long(footer) || footer, footer))
       if (end <= footer && (op === OP.SCHEMA || op === OP.CHANNEL)) readers[op](file, begin, end);
   }
-  summary();
+  readSummary();
   let isEnded = false;
   for (const { op, begin, end } of file.records(MAGIC.length, file.length)) {
     isEnded = op === OP.DATA_END;

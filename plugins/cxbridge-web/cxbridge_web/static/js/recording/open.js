@@ -7,9 +7,9 @@ import { Recording } from "cx/recording/run.js";
 import { failureOf } from "cx/story/causes.js";
 import { timesOf } from "cx/timeline/spans.js";
 
-const MOST_BYTES = 512 << 20,
+const MOST_BYTES = 512 << 20, // 512 MiB
   SLICE_MS = 30, // work without a pause
-  PIECE = 500; // events between two checks of the time
+  CHECKED_EVENTS = 500; // events between two checks of the time
 const FORMATS =
   "The page opens mcap files (cxbridge run --trace) and lines of 'cxbridge trace cat --json'; 'cxbridge view' opens every format.";
 
@@ -47,7 +47,7 @@ async function withProgress(name, work, failed) {
   }
 }
 
-/** @param server what a server of recordings offers, see openLinked(); {} for a file */
+/** Open the bytes of a recording. @param server what a server of recordings offers, see openLinked() */
 async function openBytes(app, name, bytes, pause, server) {
   const text = () => new TextDecoder().decode(bytes),
     { events, notes, sources } = await (isMcap(bytes) ? readMcap(bytes, pause) : readLines(text(), pause));
@@ -62,7 +62,7 @@ async function openBytes(app, name, bytes, pause, server) {
   const isUnlinked =
     history.calls.length && [...history.actions.values()].every(({ calls }) => !calls.length);
   if (server.links && isUnlinked) history.linkGuessed(server.links);
-  // a report opens at its failure, unless its address names a view
+  // a report opens at its failure, unless its address names a view and so is longer than "#/"
   if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(history) });
   app.look(recording);
   for (const note of notes) app.toast(note, true);
@@ -84,7 +84,7 @@ function failureTime(history) {
 async function playAll(recording, pause) {
   const { length } = recording.events;
   for (let at = 0; at < length;) {
-    at = Math.min(at + PIECE, length);
+    at = Math.min(at + CHECKED_EVENTS, length);
     recording.goTo(at);
     await pause(at / length);
   }
@@ -102,6 +102,7 @@ export function openPast(app, recording) {
   });
 }
 
+/** Open a recording; an error is shown. @param load() a promise of its bytes @param server see openBytes() */
 const open = (app, name, load, server = {}) =>
   withProgress(
     name,
@@ -147,7 +148,7 @@ const answerFrom = (answers) => async (recording, kind, name, env) => {
   throw new Error("The report does not have this answer: open the recording with 'cxbridge view'");
 };
 /** Load the bytes of a recording from this server. */
-async function load(url) {
+async function loadFromServer(url) {
   if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
   const reply = await fetch(url),
     reason = reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status;
@@ -175,7 +176,7 @@ export async function openLinked(app) {
     readLinks: async () => (await fetch(url + "?links")).json(),
     why: (...question) => askServer(url, ...question),
   };
-  await open(app, path.split("/").pop() || path, () => load(url), server);
+  await open(app, path.split("/").pop() || path, () => loadFromServer(url), server);
 }
 
 /** Let the user choose a file, and open it. */

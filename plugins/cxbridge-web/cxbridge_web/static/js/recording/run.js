@@ -86,13 +86,13 @@ export class Recording {
   }
 
   /** The last step up to the moment, in words. */
-  get line() {
+  get stepText() {
     const { stepNumber: number } = this,
       event = number && this.events[this.steps[number - 1] - 1];
     if (!event) return "the start";
     const isOlder = clockText(event.time_us, 3) !== clockText(this.time, 3),
-      before = isOlder ? "nothing new since " + clockText(event.time_us, 3) + ": " : "";
-    return before + (TEXTS[event.kind] || (({ kind }) => kind))(event);
+      prefix = isOlder ? "nothing new since " + clockText(event.time_us, 3) + ": " : "";
+    return prefix + (TEXTS[event.kind] || (({ kind }) => kind))(event);
   }
 }
 
@@ -104,8 +104,9 @@ const TEXTS = {
   log: ({ component, text }) => component + ": " + text.split("\n", 1)[0],
 };
 
+// the kinds of events that the past of a live run needs
 const KEPT = new Set(["goal", "plan-action", "skill", "log", "message", "planner"]);
-const MOST_EVENTS = 100_000;
+const MOST_EVENTS = 100_000; // the oldest tenth makes room
 
 /** The events of a live run, of which a recording of its past can be made. */
 export class Past {

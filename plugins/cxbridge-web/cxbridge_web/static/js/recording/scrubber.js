@@ -4,7 +4,7 @@ import { runAddress } from "cx/not_found.js";
 
 const PLAY_MS = 60, // the period of steps while a recording plays
   SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 50],
-  LASTS_S = 20; // about how long a recording plays at its initial speed
+  INITIAL_PLAY_S = 20; // about how long a recording plays at its initial speed
 const SHOWS_NOW =
   "This view shows the present: the page keeps only goals, skills, messages and the log of the past.";
 
@@ -20,11 +20,12 @@ function runSelect(runs) {
   return select;
 }
 
+/** Fill the bar, and keep it up to date. */
 export function scrubber(app) {
   const bar = document.getElementById("scrub"),
     slider = el("input#moment", { type: "range", min: 0, step: 1, "aria-label": "moment" }),
     play = button("▶", toggle, { id: "play", "aria-label": "play" }),
-    output = el("span#told"),
+    momentText = el("span#moment-text"),
     runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null,
     name = el("b.main-text", { hidden: Boolean(runs) }),
     speeds = choice({ id: "speed", "aria-label": "speed" }, () => {}),
@@ -38,8 +39,8 @@ export function scrubber(app) {
       "div.scrub-line",
       ...[step("◂", -1, "one step back"), play, step("▸", 1, "one step forward"), slider, speeds],
     ),
-    live = button("Back to live", toLive, { id: "to-live", hidden: Boolean(app.runs) });
-  bar.append(el("div.scrub-line", runs, name, output, el("span.grow"), live), steps);
+    liveButton = button("Back to live", toLive, { id: "to-live", hidden: Boolean(app.runs) });
+  bar.append(el("div.scrub-line", runs, name, momentText, el("span.grow"), liveButton), steps);
   let timer = null,
     frame = 0,
     shownRecording = null;
@@ -75,9 +76,9 @@ export function scrubber(app) {
       app.recording?.goToStep(Number(slider.value));
     });
   });
-  /** Show another recording, with an initial speed at which it plays for about LASTS_S. */
-  function begin(recording) {
-    const speed = Math.max((recording.end - recording.begin) / 1e6 / LASTS_S, SPEEDS[0]);
+  /** Show another recording, with an initial speed at which it plays for about INITIAL_PLAY_S. */
+  function showRecording(recording) {
+    const speed = Math.max((recording.end - recording.begin) / 1e6 / INITIAL_PLAY_S, SPEEDS[0]);
     shownRecording = recording;
     recording.listeners.add(draw);
     slider.max = recording.steps.length;
@@ -96,14 +97,14 @@ export function scrubber(app) {
       shownRecording = null;
       if (time === null) return;
       name.textContent = "At " + clockText(time, 3);
-      output.textContent = app.moment ? "" : SHOWS_NOW;
+      momentText.textContent = app.moment ? "" : SHOWS_NOW;
       return;
     }
-    if (recording !== shownRecording) begin(recording);
-    const { stepNumber: number, steps: allSteps, line } = recording,
-      text = clockText(recording.time, 3) + ", " + line;
+    if (recording !== shownRecording) showRecording(recording);
+    const { stepNumber: number, steps: allSteps, stepText } = recording,
+      text = clockText(recording.time, 3) + ", " + stepText;
     slider.value = number;
-    output.textContent = "  " + number + " of " + allSteps.length + " · " + text;
+    momentText.textContent = "  " + number + " of " + allSteps.length + " · " + text;
     slider.setAttribute("aria-valuetext", text);
   }
   app.onChange(draw);

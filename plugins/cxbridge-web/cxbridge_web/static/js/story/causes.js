@@ -100,11 +100,11 @@ export const isBlocked = (goal, history) =>
 
 /** How often a failed skill failed, and where: "; it failed 3 of 3 times (robot1, robot2, robot1)". */
 function repeated(call, { calls }) {
-  const same = calls.filter(({ text, end }) => end && text === call.text),
-    failed = same.filter((each) => outcomeAt(each) === "failed");
+  const sameCalls = calls.filter(({ text, end }) => end && text === call.text),
+    failed = sameCalls.filter((each) => outcomeAt(each) === "failed");
   if (failed.length < 2) return "";
   const robots = failed.map(({ skiller }) => skiller).join(", ");
-  return "; it failed " + failed.length + " of " + same.length + " times (" + robots + ")";
+  return "; it failed " + failed.length + " of " + sameCalls.length + " times (" + robots + ")";
 }
 
 /** A sentence about the outcome of an item, with its error. */
@@ -138,10 +138,10 @@ export function failureOf(history) {
 }
 
 /** The failed goals below a goal that did not fail: the run has recovered from these failures. */
-export function overcome(history) {
-  const isBad = (goal) => goal && outcomeAt(goal) === "failed";
+export function overcomeFailures(history) {
+  const hasFailed = (goal) => goal && outcomeAt(goal) === "failed";
   return [...history.goals.values()].filter(
-    (goal) => isBad(goal) && history.goals.has(goal.parent) && !isBad(history.goals.get(goal.parent)),
+    (goal) => hasFailed(goal) && history.goals.has(goal.parent) && !hasFailed(history.goals.get(goal.parent)),
   );
 }
 

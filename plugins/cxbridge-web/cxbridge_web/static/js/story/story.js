@@ -4,7 +4,7 @@ import { part } from "cx/api.js";
 import { capital, dim, durationText, el, link, listSection, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { goalOutcome, isOpen, NAMES, outcomeBadge, OUTCOMES } from "cx/outcome.js";
-import { causes, errorOf, forestOf, lateCalls, overcome, reasonOf } from "cx/story/causes.js";
+import { causes, errorOf, forestOf, lateCalls, overcomeFailures, reasonOf } from "cx/story/causes.js";
 import { pathTo } from "cx/timeline/host.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 import { ask, causeList } from "cx/why.js";
@@ -70,24 +70,24 @@ export class Story {
     const late = lateCalls(history, now.time),
       failed = roots.filter((goal) => outcomeAt(goal) === "failed"),
       waiting = roots.filter((goal) => isOpen(outcomeAt(goal))),
-      stands = waiting.length > 0 && !open.length && (this.isOver || this.isStill);
-    this.stands = stands;
-    const wrongGoals = stands ? [...failed, ...waiting] : failed;
+      isStanding = waiting.length > 0 && !open.length && (this.isOver || this.isStill);
+    this.isStanding = isStanding;
+    const wrongGoals = isStanding ? [...failed, ...waiting] : failed;
     this.ask(wrongGoals, later);
     return el(
       "div.story",
-      this.headline(roots, waiting, stands, now),
+      this.headline(roots, waiting, isStanding, now),
       this.section("Wanted", roots, (goal) => this.goal(goal)),
       (isLive || waiting.length > 0) &&
         this.section(isLive ? "Now" : "At the end", open, (call) => this.call(call, late, now)),
       this.wrong(wrongGoals),
-      this.section("Failed on the way", overcome(history), (goal) => this.failed(goal), true),
+      this.section("Failed on the way", overcomeFailures(history), (goal) => this.failed(goal), true),
       this.counts(),
     );
   }
 
-  /** @param waiting the open root goals @param stands whether nothing happens although goals are open */
-  headline(roots, waiting, stands, now) {
+  /** @param waiting the open root goals @param isStanding whether nothing happens although goals are open */
+  headline(roots, waiting, isStanding, now) {
     const { history, app } = this.host,
       { isOver } = this,
       worst = waiting.length || !roots.length ? "running" : outcomeAt(roots[0]),
@@ -97,20 +97,21 @@ export class Story {
       last = history.stepTimes.at(-1) ?? begin,
       lasted = (end) => durationText(Math.max(0, end - begin));
     let text = capital(OUTCOMES[worst].word);
-    if (stands && !isOver) text = "Nothing has happened for " + durationText(now.time - last);
-    else if (stands) text = "It stopped after " + lasted(history.time) + ", before its goals were over";
+    if (isStanding && !isOver) text = "Nothing has happened for " + durationText(now.time - last);
+    else if (isStanding) text = "It stopped after " + lasted(history.time) + ", before its goals were over";
     else if (worst === "running")
       text = isOver ? "It ran for " + lasted(history.time) : "Running for " + lasted(now.time);
     else text += (worst === "completed" ? " in " : " after ") + lasted(last);
     // an agent whose goals are not selected may be at rest
     const isBad = isOver || waiting.some((goal) => outcomeAt(goal) === "running"),
-      tone = stands ? (isBad ? "failed" : "formulated") : worst,
+      tone = isStanding ? (isBad ? "failed" : "formulated") : worst,
       reason =
-        roots.map((goal) => reasonOf(goal, history)).find(Boolean) || (stands && this.answers[0]?.headline);
+        roots.map((goal) => reasonOf(goal, history)).find(Boolean) ||
+        (isStanding && this.answers[0]?.headline);
     return el(
       "div",
       { class: "story-head o-" + tone, title: "began at " + timeOfDay(begin) },
-      el.h2(el.i({ "aria-hidden": "true" }, stands ? "!" : OUTCOMES[worst].icon), " ", text),
+      el.h2(el.i({ "aria-hidden": "true" }, isStanding ? "!" : OUTCOMES[worst].icon), " ", text),
       reason ? el.p(linked(app, reason)) : null,
     );
   }
@@ -129,24 +130,24 @@ export class Story {
       " ",
       outcome === "completed"
         ? dim("✓ completed")
-        : outcomeBadge(...(outcome === "running" && this.stands ? ["formulated", "waiting"] : [outcome])),
+        : outcomeBadge(...(outcome === "running" && this.isStanding ? ["formulated", "waiting"] : [outcome])),
     ];
   }
   failed(goal) {
     return [this.link(goal, goal.id), " ", reasonOf(goal, this.host.history) || errorOf(goal)];
   }
   call(call, late, now) {
-    const before = late.get(call);
+    const longestUs = late.get(call);
     return [
       el.b(call.skiller),
       " ",
       this.link(call, call.text),
       dim(" for " + durationText(Math.max(0, now.time - call.begin.time))),
-      before ? el("span.late", "late: at most " + durationText(before) + " before") : null,
+      longestUs ? el("span.late", "late: at most " + durationText(longestUs) + " before") : null,
     ];
   }
 
-  /** The deepest reason in the server's answer. */
+  /** The deepest reason in an answer of the server, in words. */
   rootCause({ wrong }) {
     let cause = wrong.find(({ because }) => because.length);
     while (cause?.because.length) [cause] = cause.because;
@@ -171,7 +172,7 @@ export class Story {
       causeList(app, wrong),
       (unknown || []).map((text) => el("p.dim.small", text)),
     ];
-    const keep = ({ target }) => {
+    const rememberOpen = ({ target }) => {
       this.tellsAll = target.open;
     };
     return el(
@@ -180,7 +181,7 @@ export class Story {
       chains,
       answers.length > 0 &&
         el.details(
-          { open: this.tellsAll, on: { toggle: keep } },
+          { open: this.tellsAll, on: { toggle: rememberOpen } },
           el.summary("All reasons, with the rules that decided"),
           answers.map(reasons),
         ),

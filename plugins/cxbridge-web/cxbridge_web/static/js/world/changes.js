@@ -4,9 +4,9 @@ import { templateOwners } from "cx/clips/source.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { Store } from "cx/stores.js";
 
-const MOST = 20_000, // changes; the oldest fifth makes room
-  SHARED = new Set(["domain-fact", "wm-fact"]), // templates of the core with facts about the world
-  NAMES = new Set(["id", "name", "key"]), // slots that name the subject of a fact
+const MOST_CHANGES = 20_000, // the oldest fifth makes room
+  CORE_TEMPLATES = new Set(["domain-fact", "wm-fact"]), // templates of the core with facts about the world
+  NAME_SLOTS = new Set(["id", "name", "key"]), // slots that name the subject of a fact
   COPY = /^\(wm-fact \(id "?\/domain\//, // a copy of a domain-fact, which is shown itself
   INTERFACE = /Interface$/; // templates of facts that the feature blackboard makes of interfaces
 
@@ -21,7 +21,7 @@ function sentence(text, old = "") {
   if (template === "domain-fact") return (words("name") + " " + words("param-values")).trim();
   if (template === "wm-fact") return words("id") + " = " + (words("values") || words("value"));
   const before = parseFact(old)?.slots || new Map(),
-    shownSlots = [...slots].filter(([slot, value]) => NAMES.has(slot) || before.get(slot) !== value);
+    shownSlots = [...slots].filter(([slot, value]) => NAME_SLOTS.has(slot) || before.get(slot) !== value);
   return template + " " + shownSlots.map((pair) => pair.join(" ")).join(", ");
 }
 
@@ -37,7 +37,7 @@ function addChange(list, { env, time_us: time, asserted, template, text }, step)
     Object.assign(last, { to: text, step });
     if (last.from === text) list.pop(); // asserted anew without a change
   } else list.push({ env, time, template, step, from: asserted ? "" : text, to: asserted ? text : "" });
-  if (list.length > MOST) list.splice(0, MOST / 5);
+  if (list.length > MOST_CHANGES) list.splice(0, MOST_CHANGES / 5);
 }
 
 class ChangeStore extends Store {
@@ -67,7 +67,7 @@ class ChangeStore extends Store {
       const { step, time, template, env: changeEnv, from, to } = list[at],
         hasHappened = isRecorded ? step <= recording.at : time <= until,
         isOwn = own.has(template) && !INTERFACE.test(template),
-        isWorld = SHARED.has(template) ? !COPY.test(to || from) : isOwn;
+        isWorld = CORE_TEMPLATES.has(template) ? !COPY.test(to || from) : isOwn;
       if (hasHappened && changeEnv === env && isWorld)
         sentences.push({ time, before: sentence(from, to), after: sentence(to, from) });
     }
@@ -82,11 +82,11 @@ class ChangeStore extends Store {
     if (known?.source === source) return known.own;
     const entry = { source, own: new Set() };
     this.owners.set(env, entry);
-    const learn = ({ own }) => {
+    const storeOwn = ({ own }) => {
       entry.own = own;
       later();
     };
-    templateOwners(app, env).then(learn, () => {}); // without an answer, only the domain is shown
+    templateOwners(app, env).then(storeOwn, () => {}); // without an answer, only the domain is shown
     return entry.own;
   }
 }

@@ -67,7 +67,7 @@ export class Lanes {
     if (redraw(this.rows, state, () => [...robots].map(lane)))
       this.rows.querySelector(".lane-track")?.append(this.cursor);
     this.cursor.style.left = 100 * Math.min(1, Math.max(0, share(now))) + "%";
-    this.cursor.style.height = robots.size * 1.9 + "rem";
+    this.cursor.style.height = robots.size * 1.9 + "rem"; // the height of .lane in css/map.css
   }
 }
 
