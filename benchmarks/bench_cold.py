@@ -1,6 +1,7 @@
 """`cxbridge run test-scenario --trace`, cold, against a fixed piece of work in Python, as processes.
 
-Both are measured in turn, by the processor time of their processes, because machines have other work, too.
+Both are measured in turn, by the processor time of their processes, because other processes may use the
+machine as well.
 Python writes its bytecode into a folder of this benchmark. An installed package has bytecode; a checkout on
 a machine with PYTHONDONTWRITEBYTECODE would compile 200 modules in each run.
 """
@@ -19,7 +20,7 @@ from benchmarks.harness import report
 
 ROOT = Path(__file__).resolve().parent.parent
 PAIRS = 9
-"""The number of measurements of both."""
+"""The number of measurements of each of the two."""
 WORK = "sum(i*i for i in range(3_000_000))"
 
 

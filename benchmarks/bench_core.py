@@ -140,7 +140,7 @@ def measure_builtin(variant: str) -> dict[int, float]:
 def main() -> int:
     """Measure and print.
 
-    :return: 1 when a limit was exceeded, otherwise 0.
+    :returns: 1 when a limit was exceeded, otherwise 0.
     """
     is_within_limits = True
     builtin = {variant: measure_builtin(variant) for variant in ("shared", "own")}

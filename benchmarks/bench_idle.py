@@ -35,7 +35,7 @@ def processor_seconds(pid: int) -> float:
     return sum(int(file.read_text().split()[0]) for file in files) / 1e9
 
 
-def wakeups(pid: int) -> int:
+def count_wakeups(pid: int) -> int:
     """Return the number of voluntary context switches of a process."""
     texts = [file.read_text() for file in Path(f"/proc/{pid}/task").glob("*/status")]
     return sum(int(text.split("\nvoluntary_ctxt_switches:")[1].split("\n")[0]) for text in texts)
@@ -57,10 +57,10 @@ def running(command: list[str]) -> Iterator[int]:
         process.wait()
 
 
-def daemon(scenario: list[str], socket: Path) -> list[str]:
+def daemon_command(scenario: list[str], socket: Path) -> list[str]:
     """Return the command of a daemon."""
-    where = ["--endpoint", f"ipc://{socket}", "--fawkes-port", "0", "-q"]
-    return ["-m", "cxbridge", "daemon", "start", *scenario, *where]
+    endpoints = ["--endpoint", f"ipc://{socket}", "--fawkes-port", "0", "-q"]
+    return ["-m", "cxbridge", "daemon", "start", *scenario, *endpoints]
 
 
 def repeat(work: Callable[[], object]) -> None:
@@ -72,21 +72,24 @@ def repeat(work: Callable[[], object]) -> None:
 
 RIVALS = {
     NOTHING: "from benchmarks.bench_idle import repeat; repeat(lambda: None)",
-    CLIPS: "from benchmarks import bench_idle, bench_tick; bench_idle.repeat(bench_tick.bare())",
+    CLIPS: "from benchmarks import bench_idle, bench_tick; bench_idle.repeat(bench_tick.make_bare_tick())",
 }
 
 
 def measure(scenarios: dict[str, list[str]], folder: Path) -> None:
     """Let daemons complete their scenarios, and measure all idle daemons in the same minute."""
     commands = {
-        **{name: daemon(options, folder / f"bb{at}") for at, (name, options) in enumerate(scenarios.items())},
+        **{
+            name: daemon_command(options, folder / f"bb{at}")
+            for at, (name, options) in enumerate(scenarios.items())
+        },
         **{name: ["-c", program] for name, program in RIVALS.items()},
     }
     with ExitStack() as stack:
         pids = {name: stack.enter_context(running(command)) for name, command in commands.items()}
         time.sleep(SETTLE_S)
         began = time.monotonic()
-        before = {name: (processor_seconds(pid), wakeups(pid)) for name, pid in pids.items()}
+        before = {name: (processor_seconds(pid), count_wakeups(pid)) for name, pid in pids.items()}
         time.sleep(MEASURE_S)
         seconds = time.monotonic() - began
         busy = {name: processor_seconds(pid) - before[name][0] for name, pid in pids.items()}
@@ -94,7 +97,7 @@ def measure(scenarios: dict[str, list[str]], folder: Path) -> None:
             print(f"{name}: {100 * busy[name] / seconds:.2f} percent of a core")
         for name in scenarios:
             report(f"{name} / {CLIPS}", busy[name] / busy[CLIPS], limit=2)
-            print(f"  {(wakeups(pids[name]) - before[name][1]) / seconds:.0f} wake-ups a second")
+            print(f"  {(count_wakeups(pids[name]) - before[name][1]) / seconds:.0f} wake-ups a second")
             report(f"{name}, MB", memory_mb(pids[name]), limit=60)
 
 

@@ -33,7 +33,7 @@ VIEWS = ("goals", "goals/G7", "skills", "blackboard", "clips/facts",
          "clips/rules", "log", "plot", "world", "timeline")  # fmt: skip
 
 
-def fill(daemon: FakeDaemon) -> None:
+def set_replies(daemon: FakeDaemon) -> None:
     """Set the replies of the daemon."""
     goals = [f"G{number}" for number in range(GOALS)]
     daemon.answers |= {
@@ -54,7 +54,7 @@ def fill(daemon: FakeDaemon) -> None:
     }
 
 
-def events(count: int, begin: int) -> list[dict[str, Any]]:
+def make_events(count: int, begin: int) -> list[dict[str, Any]]:
     """Return the events of a busy run: half of them of goals and actions, the rest log lines and facts."""
     made: list[dict[str, Any]] = []
     for number in range(begin, begin + count):
@@ -80,7 +80,7 @@ def events(count: int, begin: int) -> list[dict[str, Any]]:
     return made
 
 
-def task_times(trace: bytes) -> list[float]:
+def task_times_ms(trace: bytes) -> list[float]:
     """Return the processor times of the main thread's tasks, in ms."""
     trace_events = json.loads(trace)["traceEvents"]
     mains = {
@@ -100,13 +100,13 @@ def trace_longest_task(browser: Any, page: Any, act: Callable[[], None]) -> floa
     browser.start_tracing(page=page, categories=["disabled-by-default-devtools.timeline"])
     act()
     page.wait_for_timeout(1500)
-    return max(task_times(browser.stop_tracing()), default=0.0)
+    return max(task_times_ms(browser.stop_tracing()), default=0.0)
 
 
 def measure(browser: Any) -> dict[str, float]:
     """Return the time of the longest task of each view during events, and of an idle page, in ms."""
     daemon, begin, view_count = FakeDaemon(), 0, EVENTS // len(VIEWS)
-    fill(daemon)
+    set_replies(daemon)
     with serve_daemon(daemon) as site:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
         longest = {"nothing": trace_longest_task(browser, page, lambda: page.wait_for_timeout(1500))}
@@ -115,7 +115,7 @@ def measure(browser: Any) -> dict[str, float]:
             nonlocal begin
             page.goto(f"{site.url}#/{view}")
             for _ in range(10):
-                daemon.send_events(*events(view_count // 10, begin))
+                daemon.send_events(*make_events(view_count // 10, begin))
                 begin += view_count // 10
                 page.wait_for_timeout(150)
 
@@ -132,15 +132,15 @@ def measure(browser: Any) -> dict[str, float]:
     return longest
 
 
-def record(path: Path) -> None:
+def write_recording(path: Path) -> None:
     """Write the recording of all events."""
     with McapWriter(path) as writer:
         writer.event_types(RecordLevel.FACTS)
-        for event in events(EVENTS, 0):
+        for event in make_events(EVENTS, 0):
             writer.write(msgspec.convert(event, EVENT_TYPES[event["kind"]]))
 
 
-def first_picture(browser: Any, url: str) -> float:
+def measure_first_picture_ms(browser: Any, url: str) -> float:
     """Return the ms until the page shows a recording: its timeline and all its moments."""
     page = browser.new_page(viewport={"width": 1600, "height": 900})
     page.add_init_script(
@@ -164,10 +164,10 @@ def main(rounds: int = 3) -> int:
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         recording = Path(folder, "run.mcap")
-        record(recording)
+        write_recording(recording)
         megabytes = recording.stat().st_size / 1e6
         with serve_recordings(recording) as (url, recordings):
-            pictures = [first_picture(browser, url + recordings.start_path) for _ in range(rounds)]
+            pictures = [measure_first_picture_ms(browser, url + recordings.start_path) for _ in range(rounds)]
         measured = [measure(browser) for _ in range(rounds)]
         browser.close()
     picture = median(pictures)

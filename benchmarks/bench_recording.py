@@ -70,7 +70,7 @@ AGENT = f"""
 """
 
 
-def seconds(scenario: Path, trace: Path | None, level: str) -> float:
+def run_seconds(scenario: Path, trace: Path | None, level: str) -> float:
     """Return the processor time of a run."""
     gc.collect()
     started = time.process_time()
@@ -78,21 +78,21 @@ def seconds(scenario: Path, trace: Path | None, level: str) -> float:
     return time.process_time() - started
 
 
-def pair(scenario: Path, trace: Path, level: str, recorded_first: bool) -> tuple[float, float]:
+def measure_pair(scenario: Path, trace: Path, level: str, recorded_first: bool) -> tuple[float, float]:
     """Return the times of a recorded run and of a run without recording."""
     if recorded_first:
-        return seconds(scenario, trace, level), seconds(scenario, None, level)
-    plain = seconds(scenario, None, level)
-    return seconds(scenario, trace, level), plain
+        return run_seconds(scenario, trace, level), run_seconds(scenario, None, level)
+    plain = run_seconds(scenario, None, level)
+    return run_seconds(scenario, trace, level), plain
 
 
 def measure(name: str, scenario: Path, folder: Path) -> None:
     """Print the cost of recording a scenario at each level."""
     trace = folder / "run.mcap"
     for level, limit in LIMITS.items():
-        seconds(scenario, trace, level)
-        seconds(scenario, None, level)
-        pairs = [pair(scenario, trace, level, number % 2 == 0) for number in range(PAIRS)]
+        run_seconds(scenario, trace, level)
+        run_seconds(scenario, None, level)
+        pairs = [measure_pair(scenario, trace, level, number % 2 == 0) for number in range(PAIRS)]
         ratio = statistics.median(recorded / plain for recorded, plain in pairs)
         recorded, plain = (min(times) for times in zip(*pairs, strict=True))
         count = sum(1 for _ in open_run(trace))

@@ -60,11 +60,11 @@ def measure_cxbridge() -> dict[str, float]:
         return {
             "topic": median_trip_us(lambda number: publisher.publish({"data": f"message {number}"})),
             "service": median_trip_us(lambda number: add.call({"a": number, "b": 1}, received.append)),
-            "goal": statistics.median(goals(node, fibonacci)) * 1e6,
+            "goal": statistics.median(measure_goal_seconds(node, fibonacci)) * 1e6,
         }
 
 
-def goals(node: Node, fibonacci: ActionClient) -> Iterator[float]:
+def measure_goal_seconds(node: Node, fibonacci: ActionClient) -> Iterator[float]:
     """Yield the seconds of each goal until its result."""
     for _ in range(COUNT):
         started = time.perf_counter()

@@ -1,8 +1,8 @@
 """Agents of clips_manager: a cold start, an idle tick, twenty environments, a minute of a turtle, learning.
 
 The start is measured against our smallest scenario, the tick against that of `bench_tick` in bare clipspy: a
-time fact, a rule that calls Python, a rule that retracts the fact. Seconds are processor time: these machines
-have other work, too.
+time fact, a rule that calls Python, a rule that retracts the fact. Seconds are processor time, because other
+processes may use the machine as well.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 from benchmarks.bench_cold import processor_seconds
-from benchmarks.bench_tick import bare
+from benchmarks.bench_tick import make_bare_tick
 from benchmarks.harness import paired_ratio, report
 from cxbridge.mainloop import Hook
 from cxbridge.run import Run, run_scenario
@@ -52,7 +52,7 @@ DRIVER = """
 """
 
 
-def parameters(folder: Path, program: str, environments: int = 1, rate: int = 10) -> Path:
+def write_parameters(folder: Path, program: str, environments: int = 1, rate: int = 10) -> Path:
     """Write an agent and its parameters; return the file of the parameters."""
     (folder / "agent.clp").write_text(program)
     names = [f"e{number}" for number in range(environments)]
@@ -88,7 +88,7 @@ def measure_cold_start(folder: Path) -> None:
 
 def measure_idle_tick(folder: Path) -> None:
     """Measure a tick of an agent that is finished."""
-    with Run(options_from_keywords(parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
+    with Run(options_from_keywords(write_parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
 
@@ -96,12 +96,12 @@ def measure_idle_tick(folder: Path) -> None:
             clock.sleep_until(clock.now_us() + period_us)
             node.loop()
 
-        report("idle tick / bare clipspy", paired_ratio(tick, bare(), BATCH), limit=1.3)
+        report("idle tick / bare clipspy", paired_ratio(tick, make_bare_tick(), BATCH), limit=1.3)
 
 
 def measure_environments(folder: Path) -> None:
     """Measure a second of twenty environments."""
-    file = parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
+    file = write_parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
     with Run(options_from_keywords(file, timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
@@ -139,7 +139,9 @@ def measure_turtle(folder: Path) -> None:
         run.loop.add(Hook.PRE_LOOP, step)
 
     start = time.process_time()
-    result = run_scenario(options_from_keywords(parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach)
+    result = run_scenario(
+        options_from_keywords(write_parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach
+    )
     seconds = time.process_time() - start
     print(f"  {seconds:.2f} s of processor time, {pose_count[0]} poses, {result.firings} rules")
     report(f"{TURTLE_S:g} s of the turtle / 2 s", seconds / 2.0, limit=1.0)

@@ -22,7 +22,7 @@ FAWKES_SECONDS = 10.3
 """The duration of the recorded run of the real Fawkes, in real time."""
 
 
-def once(folder: Path, *, record: bool) -> float:
+def run_scenario_seconds(folder: Path, *, record: bool) -> float:
     """Run the scenario in a new process; return the wall time."""
     command = [sys.executable, "-m", "cxbridge", "run", "scenarios/test-scenario", "-q"]
     if record:
@@ -32,7 +32,7 @@ def once(folder: Path, *, record: bool) -> float:
     return time.perf_counter() - started
 
 
-def thesis(checkout: str) -> None:
+def measure_thesis(checkout: str) -> None:
     """Run the thesis' plan of seven moves; print wall and processor time, with the planner's process."""
     command = [sys.executable, "-m", "cxbridge", "run", "--ros2cx", checkout, "--spec", "test-nav2", "-q"]
     walls, busy = [], []
@@ -56,16 +56,16 @@ def processor_seconds() -> float:
 def main() -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as folder:
-        once(Path(folder), record=True)
-        recorded = [once(Path(folder), record=True) for _ in range(RUNS)]
-        plain = [once(Path(folder), record=False) for _ in range(RUNS)]
+        run_scenario_seconds(Path(folder), record=True)
+        recorded = [run_scenario_seconds(Path(folder), record=True) for _ in range(RUNS)]
+        plain = [run_scenario_seconds(Path(folder), record=False) for _ in range(RUNS)]
     seconds = statistics.median(recorded)
     print(f"recorded {min(recorded):.3f} to {max(recorded):.3f} s")
     print(f"not recorded {statistics.median(plain):.3f} s")
     report("seconds of wall time, cold, recorded", seconds, limit=1.0)
     print(f"{FAWKES_SECONDS / seconds:.0f} times as fast as the real Fawkes ({FAWKES_SECONDS} s)")
     if checkout := os.environ.get("ROS2CX_2021_DIR"):
-        thesis(checkout)
+        measure_thesis(checkout)
     else:
         print("ROS2CX_2021_DIR names no checkout: the executive of the thesis is not measured")
 

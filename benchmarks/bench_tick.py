@@ -24,7 +24,7 @@ BATCH = 500
 SOAK_TICKS = 100_000
 
 
-def bare():
+def make_bare_tick():
     """Return a function that makes a tick in bare clipspy.
 
     The fact is made by the builder itself, not by ``template.assert_fact``: that leaks each fact that it
@@ -86,7 +86,9 @@ def main():
     """Measure and print."""
     with Run(RunOptions(scenario=SCENARIO)) as assembly:
         tick = make_executive_tick(assembly)
-        report("idle tick / bare clipspy with builders", paired_ratio(tick, bare(), BATCH), limit=1.3)
+        report(
+            "idle tick / bare clipspy with builders", paired_ratio(tick, make_bare_tick(), BATCH), limit=1.3
+        )
         first, last, growth_kib = soak(tick)
         print(f"soak of {SOAK_TICKS} ticks: {first:.1f} us a tick at the begin, {last:.1f} at the end")
         report("last tick / first tick", last / first, limit=1.1)

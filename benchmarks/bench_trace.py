@@ -64,7 +64,7 @@ def make_events(goals: int) -> list[Event]:
     return events
 
 
-def per_second(name: str, count: int, work: Callable[[], object]) -> None:
+def print_rate(name: str, count: int, work: Callable[[], object]) -> None:
     """Print the events per second of ``work``."""
     start = time.perf_counter()
     work()
@@ -72,7 +72,7 @@ def per_second(name: str, count: int, work: Callable[[], object]) -> None:
     print(f"{name:44s} {count / seconds:12,.0f} events/s   ({count} events, {seconds:.3f} s)")
 
 
-def record(events: list[Event], writer: RunWriter, level: RecordLevel) -> None:
+def record_events(events: list[Event], writer: RunWriter, level: RecordLevel) -> None:
     """Emit events on a recorded bus."""
     bus = EventBus(VirtualClock())
     with Recorder(bus, [writer], level):
@@ -87,26 +87,26 @@ def write_all(writer: RunWriter, events: list[BlockWrite]) -> None:
         writer.write(event)
 
 
-def bblogger(folder: Path, count: int = 20_000) -> None:
+def measure_bblogger(folder: Path, count: int = 20_000) -> None:
     """Measure bblogger files of an interface of common size."""
     schema = default_registry().schema("SkillerInterface")
     block = bytes(schema.datasize)
     writes = [BlockWrite(number, "SkillerInterface::Skiller", schema.hash, block) for number in range(count)]
     with BBLoggerWriter(folder, "bench", start_us=0) as writer:
-        per_second("write bblogger", count, partial(write_all, writer, writes))
+        print_rate("write bblogger", count, partial(write_all, writer, writes))
     # each entry is two events: the write, and the state of the skiller
-    per_second("read bblogger", 2 * count, lambda: sum(1 for _ in open_run(folder)))
+    print_rate("read bblogger", 2 * count, lambda: sum(1 for _ in open_run(folder)))
 
 
-def import_time() -> None:
+def print_import_time() -> None:
     """Print the time of a process' first mcap writer."""
     bare = "import typer, io, cxbridge.trace.recorder, cxbridge.trace.codec"
     writer = f"from {McapWriter.__module__} import McapWriter as W; W('/dev/null')"
-    extra = start_time(f"{bare}; {writer}") - start_time(bare)
+    extra = shortest_start_seconds(f"{bare}; {writer}") - shortest_start_seconds(bare)
     print(f"{'first mcap writer of a process':44s} {extra * 1000:12.1f} ms")
 
 
-def start_time(code: str) -> float:
+def shortest_start_seconds(code: str) -> float:
     """Return the shortest of several times of a new process with ``code``, in seconds."""
     times = []
     for _ in range(7):
@@ -122,30 +122,34 @@ def main(goals: int = 1000) -> None:
     transitions = [event for event in events if type(event) in RecordLevel.TRANSITIONS.event_types]
     with tempfile.TemporaryDirectory() as folder:
         mcap, log = Path(folder) / "run.mcap", Path(folder) / "run.log"
-        import_time()
-        per_second(
+        print_import_time()
+        print_rate(
             "write mcap, transitions",
             len(transitions),
-            lambda: record(events, McapWriter(mcap), RecordLevel.TRANSITIONS),
+            lambda: record_events(events, McapWriter(mcap), RecordLevel.TRANSITIONS),
         )
-        per_second(
-            "write mcap, facts", len(events), lambda: record(events, McapWriter(mcap), RecordLevel.FACTS)
+        print_rate(
+            "write mcap, facts",
+            len(events),
+            lambda: record_events(events, McapWriter(mcap), RecordLevel.FACTS),
         )
-        per_second(
-            "write text log", len(events), lambda: record(events, FawkesLogWriter(log), RecordLevel.FACTS)
+        print_rate(
+            "write text log",
+            len(events),
+            lambda: record_events(events, FawkesLogWriter(log), RecordLevel.FACTS),
         )
-        bblogger(Path(folder) / "bblogger")
-        per_second("read mcap", len(events), lambda: sum(1 for _ in open_run(mcap)))
-        per_second(
+        measure_bblogger(Path(folder) / "bblogger")
+        print_rate("read mcap", len(events), lambda: sum(1 for _ in open_run(mcap)))
+        print_rate(
             "read mcap, transitions alone",
             len(events),
             lambda: sum(1 for _ in open_run(mcap).select(*RecordLevel.TRANSITIONS.event_types)),
         )
-        per_second("read text log", len(events), lambda: sum(1 for _ in open_run(log)))
+        print_rate("read text log", len(events), lambda: sum(1 for _ in open_run(log)))
         for view in (View.TRANSITIONS, View.RULES, View.FACTS):
             for order in Order:
                 name = f"compare two mcap, {view.value}, {order.value}"
-                per_second(
+                print_rate(
                     name,
                     2 * len(events),
                     partial(compare_runs, open_run(mcap), [open_run(mcap)], view, order),

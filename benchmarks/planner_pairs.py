@@ -37,11 +37,11 @@ _DIGITS = re.compile(r"\d+")
 _NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
 
 
-def pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
+def find_pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
     """Yield domains and problems, at most ``most`` of each folder."""
     for folder in folders:
         found: Counter[Path] = Counter()
-        for path in sorted(folder.rglob("*.pddl"), key=_natural):
+        for path in sorted(folder.rglob("*.pddl"), key=_number_key):
             names = _read_names(path)
             domain = _domain_of(path, names.get(":domain", "")) if "problem" in names else None
             if domain is not None and found[path.parent] < most:
@@ -49,7 +49,7 @@ def pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
                 yield domain, path
 
 
-def _natural(path: Path) -> tuple[str, list[int], str]:
+def _number_key(path: Path) -> tuple[str, list[int], str]:
     """Return a key that sorts the files of a folder by their numbers."""
     return str(path.parent), list(map(int, _DIGITS.findall(path.name))), path.name
 
@@ -129,7 +129,7 @@ def _is_valid(program: str, domain: Path, problem: Path, plan: str) -> bool | No
     return "Plan valid" in done.stdout
 
 
-def table(rows: list[dict[str, Any]]) -> Iterator[str]:
+def table_lines(rows: list[dict[str, Any]]) -> Iterator[str]:
     """Yield the lines of the table."""
     yield "| needs | pairs | read | planned | by `auto` | no plan | engines of `auto` | median | VAL: valid |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -162,7 +162,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
     rows = []
-    chosen = list(pairs(options.folders, options.most))
+    chosen = list(find_pairs(options.folders, options.most))
     if 0 < options.draw < len(chosen):
         chosen = random.Random(_SEED).sample(chosen, options.draw)
     for domain, problem in chosen:
@@ -170,7 +170,7 @@ def main() -> None:
         print(json.dumps(rows[-1]), flush=True)
         if options.output:
             options.output.write_text("\n".join(map(json.dumps, rows)) + "\n")
-    print("\n".join(table(rows)))
+    print("\n".join(table_lines(rows)))
 
 
 if __name__ == "__main__":

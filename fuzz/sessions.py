@@ -181,8 +181,8 @@ class FuzzedServer:
                 frame = Close(self.serial(session, script), request=1)
             case 3:
                 serial, block = self.serial(session, script), self.block(session, script)
-                stamp = script.byte()
-                frame = Write(serial, (None, False, True)[stamp % 3], bool(stamp & 1), block)
+                flags = script.byte()
+                frame = Write(serial, (None, False, True)[flags % 3], bool(flags & 1), block)
             case 4:
                 frame = self.send_frame(session, script)
             case 5:
@@ -328,48 +328,24 @@ class FuzzedServer:
 
 # The bytes of the seeds: actions as `step`, `request` and `disturb` decode them.
 WRITER, READER = 64, 0  # added to the index of a type, and four times the index of an id
-_OPEN, _CLOSE, _WRITE, _SEND, _CREDIT, _DELIVERED, _ASK = (4 * kind for kind in range(1, 8))
-_HELLO, _REPLACE = 2, 66
-_RAW, _NUMBERED, _HERE, _WAIT = (3 + 4 * kind for kind in range(4))
-_BOTH: Final = (_OPEN, 0, WRITER, _OPEN, 1, READER)
+_OPEN, _CLOSE, _WRITE, _SEND, _CREDIT, _DELIVERED, _PLAIN_REQUEST = (4 * kind for kind in range(1, 8))
+_REPLACE_SESSION = 66
+_SEND_RAW, _SEND_NUMBERED, _ACT_LOCALLY, _WAIT = (3 + 4 * kind for kind in range(4))
+_OPEN_BOTH: Final = (_OPEN, 0, WRITER, _OPEN, 1, READER)  # client 0 opens for writing, client 1 for reading
 SCRIPTS: Final = tuple(
     bytes(script)
     for script in (
-        (*_BOTH, _WRITE, 0, 0, 0, 2, _WRITE, 0, 0, 0, 2, _CREDIT, 1, 2),
-        (*_BOTH, _WRITE, 0, 0, 0, 2, _WRITE, 0, 0, 0, 2, _WRITE, 0, 0, 0, 2, _OPEN, 1, READER, _CREDIT, 1, 9),
-        (*_BOTH, _SEND, 1, 0, 0, 0, _DELIVERED, 0, 1, 0, 0),
-        (*_BOTH, _SEND, 1, 0, 0, 0, _REPLACE, 16, _OPEN, 1, WRITER),
-        (_OPEN, 0, WRITER, _OPEN, 1, WRITER, _CLOSE, 0, 0, _OPEN, 1, WRITER, _ASK, 1, 3),
-        (_HERE, 0, 4, _OPEN, 1, READER, _SEND, 1, 0, 0, 0, _HERE, 0, 2, _WAIT, 0, 255),
-        (
-            _ASK,
-            0,
-            1,
-            _OPEN,
-            1,
-            READER,
-            _CLOSE,
-            1,
-            0,
-            _ASK,
-            1,
-            4,
-            _RAW,
-            0,
-            0,
-            3,
-            1,
-            2,
-            3,
-            _NUMBERED,
-            1,
-            0,
-            2,
-            0xC1,
-            2,
-        ),
+        (*_OPEN_BOTH, _WRITE, 0, 0, 0, 2, _WRITE, 0, 0, 0, 2, _CREDIT, 1, 2),
+        (*_OPEN_BOTH, _WRITE, 0, 0, 0, 2, _WRITE, 0, 0, 0, 2, _WRITE, 0, 0, 0, 2,
+         _OPEN, 1, READER, _CREDIT, 1, 9),
+        (*_OPEN_BOTH, _SEND, 1, 0, 0, 0, _DELIVERED, 0, 1, 0, 0),
+        (*_OPEN_BOTH, _SEND, 1, 0, 0, 0, _REPLACE_SESSION, 16, _OPEN, 1, WRITER),
+        (_OPEN, 0, WRITER, _OPEN, 1, WRITER, _CLOSE, 0, 0, _OPEN, 1, WRITER, _PLAIN_REQUEST, 1, 3),
+        (_ACT_LOCALLY, 0, 4, _OPEN, 1, READER, _SEND, 1, 0, 0, 0, _ACT_LOCALLY, 0, 2, _WAIT, 0, 255),
+        (_PLAIN_REQUEST, 0, 1, _OPEN, 1, READER, _CLOSE, 1, 0, _PLAIN_REQUEST, 1, 4,
+         _SEND_RAW, 0, 0, 3, 1, 2, 3, _SEND_NUMBERED, 1, 0, 2, 0xC1, 2),
     )
-)
+)  # fmt: skip
 """Seeds: a script for each kind of step."""
 
 

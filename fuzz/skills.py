@@ -29,10 +29,10 @@ _LOOPS: Final = 3  # of each skill string: `count` ends in its second loop
 _MAX_BYTES: Final = 1000  # of an input; the field of the skill string has 1024
 _MAX_ORDERS: Final = 5000  # of a Skiller, which is then replaced
 _PERIOD_US: Final = 33_333  # of the main loop
-_HEAD: Final = "module(..., skillenv.module_init)\n"
-_FILES: Final = {
+_MODULE_HEAD: Final = "module(..., skillenv.module_init)\n"
+_LUA_MODULES: Final = {
     "space": 'for _, name in ipairs {"count", "echo"} do skillenv.use_skill("skills." .. name) end',
-    "count": _HEAD
+    "count": _MODULE_HEAD
     + """
 name = "count"
 documentation = "Final in its second loop."
@@ -43,7 +43,7 @@ fsm:add_transitions{{"COUNT", "FINAL", cond = "vars.n >= 2"}}
 function COUNT:init() fsm.vars.n = 0 end
 function COUNT:loop() fsm.vars.n = fsm.vars.n + 1 end
 """,
-    "echo": _HEAD
+    "echo": _MODULE_HEAD
     + """
 name = "echo"
 documentation = "Writes a text to an interface."
@@ -65,7 +65,7 @@ class _Robot:
         self._clock = VirtualClock()
         board = LocalBlackBoard(InterfaceRegistry(), self._clock, EventBus(self._clock))
         with tempfile.TemporaryDirectory() as folder:
-            for name, text in _FILES.items():
+            for name, text in _LUA_MODULES.items():
                 Path(folder, f"{name}.lua").write_text(text)
             limits = Limits(memory=32 * MEBIBYTE)
             self.skiller = make_lua_skiller(

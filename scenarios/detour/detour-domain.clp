@@ -11,18 +11,18 @@
   (blackboard-open-reading "SkillerInterface" "robot")
   (assert (skiller-control (skiller "robot"))
           (domain-fact (name at) (param-values hall)))
-  (loop-for-count (?n 1 (div (length$ ?*DETOUR-DOORS*) 2))
-    (bind ?one (nth$ (- (* 2 ?n) 1) ?*DETOUR-DOORS*))
-    (bind ?other (nth$ (* 2 ?n) ?*DETOUR-DOORS*))
-    (assert (domain-fact (name door) (param-values ?one ?other))
-            (domain-fact (name door) (param-values ?other ?one))))
+  (loop-for-count (?door 1 (div (length$ ?*DETOUR-DOORS*) 2))
+    (bind ?room (nth$ (- (* 2 ?door) 1) ?*DETOUR-DOORS*))
+    (bind ?next-room (nth$ (* 2 ?door) ?*DETOUR-DOORS*))
+    (assert (domain-fact (name door) (param-values ?room ?next-room))
+            (domain-fact (name door) (param-values ?next-room ?room))))
   (assert (domain-loaded)))
 
 (defrule detour-door-falls-shut
   "Plays a sensor: while the robot drives to the office, the door behind the office closes."
   (plan-action (action-name drive) (param-values hall office) (state RUNNING))
-  ?in <- (domain-fact (name door) (param-values office store))
-  ?out <- (domain-fact (name door) (param-values store office))
+  ?way-there <- (domain-fact (name door) (param-values office store))
+  ?way-back <- (domain-fact (name door) (param-values store office))
   =>
   (printout warn "The door between office and store falls shut" crlf)
-  (retract ?in ?out))
+  (retract ?way-there ?way-back))

@@ -1,6 +1,6 @@
 ;;; One goal: the robot is in the store. A plan that becomes invalid is replaced.
 
-(defglobal ?*DETOUR-WANTED* = "(at store)")
+(defglobal ?*DETOUR-GOAL-FORMULA* = "(at store)")
 
 (defrule detour-begin
   "Formulate the goal once, when the domain is loaded and the Skiller is controlled."
@@ -12,20 +12,20 @@
           (detour-begun)))
 
 (defrule detour-plan
-  "The feature expands the goal with the plan, or fails the goal."
+  "Call the planner, which expands the goal with the plan, or fails the goal."
   (goal (id ?id) (class VISIT) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>
-  (planner-plan ?id ?*DETOUR-WANTED*))
+  (planner-plan ?id ?*DETOUR-GOAL-FORMULA*))
 
-(defrule detour-whose-skiller
+(defrule detour-set-skiller
   "The actions of a planner name the default Skiller; this scenario has the Skiller robot."
   ?action <- (plan-action (skiller "Skiller"))
   =>
   (modify ?action (skiller "robot")))
 
 (defrule detour-commit
-  "Commit to the only plan, after detour-whose-skiller has changed all its actions."
+  "Commit to the only plan, after detour-set-skiller has changed all its actions."
   ?goal <- (goal (id ?id) (mode EXPANDED))
   (plan (id ?plan) (goal-id ?id))
   (not (plan-action (plan-id ?plan) (skiller "Skiller")))
@@ -37,7 +37,7 @@
   =>
   (modify ?goal (mode DISPATCHED)))
 
-(defrule detour-plan-again
+(defrule detour-replan
   "The world has changed and no action has failed: retract the rest of the plan when no action
    runs. The salience is above that of the selection of the next action."
   (declare (salience ?*SALIENCE-MODERATE*))
@@ -49,7 +49,7 @@
   (plan-retract-all-for-goal ?id)
   (modify ?goal (mode SELECTED) (committed-to nil)))
 
-(defrule detour-goes-on
+(defrule detour-advance
   "A finished goal needs no decisions: advance it to its next mode."
   ?goal <- (goal (class VISIT) (mode ?mode&FINISHED|EVALUATED))
   =>

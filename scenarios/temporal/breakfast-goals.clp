@@ -1,6 +1,6 @@
 ;;; One goal: all dishes are served. Its plan is temporal; the first parameter of an action is the cook.
 
-(defglobal ?*BREAKFAST* = "(and (served egg) (served toast))")
+(defglobal ?*BREAKFAST-GOAL-FORMULA* = "(and (served egg) (served toast))")
 
 (defrule breakfast-begin
   "Formulate the goal once, when the domain is loaded and both Skillers are controlled."
@@ -13,20 +13,20 @@
           (breakfast-begun)))
 
 (defrule breakfast-plan
-  "The feature expands the goal with the plan, or fails the goal."
+  "Call the planner, which expands the goal with the plan, or fails the goal."
   (goal (id ?id) (class SERVE) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>
-  (planner-plan ?id ?*BREAKFAST*))
+  (planner-plan ?id ?*BREAKFAST-GOAL-FORMULA*))
 
-(defrule breakfast-whose-skiller
+(defrule breakfast-set-skiller
   "The actions of a planner name the default Skiller; each cook has a separate Skiller."
   ?action <- (plan-action (skiller "Skiller") (param-values ?cook $?))
   =>
   (modify ?action (skiller (str-cat ?cook))))
 
 (defrule breakfast-commit
-  "Commit to the only plan, after breakfast-whose-skiller has changed all its actions."
+  "Commit to the only plan, after breakfast-set-skiller has changed all its actions."
   ?goal <- (goal (id ?id) (mode EXPANDED))
   (plan (id ?plan) (goal-id ?id))
   (not (plan-action (plan-id ?plan) (skiller "Skiller")))
@@ -38,7 +38,7 @@
   =>
   (modify ?goal (mode DISPATCHED)))
 
-(defrule breakfast-goes-on
+(defrule breakfast-advance
   "A finished goal needs no decisions: advance it to its next mode."
   ?goal <- (goal (class SERVE) (mode ?mode&FINISHED|EVALUATED))
   =>

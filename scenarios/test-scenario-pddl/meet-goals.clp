@@ -18,7 +18,7 @@
   (modify ?goal (mode SELECTED)))
 
 (defrule meet-plan
-  "The feature expands the goal with the plan, or fails the goal."
+  "Call the planner, which expands the goal with the plan, or fails the goal."
   (goal (id ?id) (class SAY-GOODBYE) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>

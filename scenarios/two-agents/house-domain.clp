@@ -28,13 +28,13 @@
   (assert (skiller-control (skiller ?me))
           (domain-facts-loaded)))
 
-(deffunction house-is (?what ?room)
-  "Whether a room is known to be swept or mopped, or a robot to be full."
+(deffunction house-is (?state ?object)
+  "Return whether the object, a room or a robot, is known to be in the state: swept, mopped or full."
   (any-factp ((?fact domain-fact))
-    (and (eq ?fact:name ?what) (eq ?fact:param-values (create$ ?room)))))
+    (and (eq ?fact:name ?state) (eq ?fact:param-values (create$ ?object)))))
 
-(deffunction house-is-noted (?id)
-  "Whether the robot memory has the wm-fact."
+(deffunction house-has-shared-fact (?id)
+  "Return whether the robot memory has the wm-fact with this id."
   (bind ?query (bson-create))
   (bson-append ?query "_id" ?id)
   (bind ?cursor (robmem-query ?*WM-ROBMEM-SYNC-COLLECTION* ?query))
@@ -45,12 +45,13 @@
   (robmem-cursor-destroy ?cursor)
   (neq ?document FALSE))
 
-(deffunction house-is-shared (?room)
-  "Whether the robot memory has the state of a room. Missing facts are sent again, e.g. after its restart."
+(deffunction house-share (?room)
+  "Send the facts of a room that the robot memory lacks, e.g. after its restart.
+   Return whether it lacked none."
   (bind ?shared TRUE)
   (do-for-all-facts ((?fact wm-fact))
     (and (wm-key-prefix ?fact:key (create$ domain fact)) (eq (wm-key-arg ?fact:key room) ?room))
-    (if (not (house-is-noted ?fact:id)) then
+    (if (not (house-has-shared-fact ?fact:id)) then
       (wm-robmem-sync-fact-update ?fact (cx-identity) (wm-robmem-sync-now))
       (bind ?shared FALSE)))
   ?shared)

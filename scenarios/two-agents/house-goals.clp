@@ -14,7 +14,7 @@
           (looked-for-old-locks 0 0)
           (house-begun)))
 
-(defrule house-goes-on
+(defrule house-advance
   "The goal needs no decisions: advance it to its next mode."
   ?goal <- (goal (id ?id) (class HOUSE|CLEAN) (mode ?mode&FORMULATED|SELECTED|EXPANDED))
   =>
@@ -65,7 +65,7 @@
   (assert (goal (id (sym-cat CLEAN- ?room)) (class CLEAN) (parent HOUSE)
                 (params room ?room) (required-resources ?room))))
 
-(defrule room-look
+(defrule room-read-state
   "This robot has the lock, so the other robot does not change the room. Read the state: events may be late."
   (goal (id ?id) (class CLEAN) (mode COMMITTED) (params room ?room) (acquired-resources ?room))
   (not (room-seen ?id))
@@ -80,10 +80,10 @@
     (retract ?seen))
   (modify ?goal (mode EVALUATED)))
 
-(defrule room-give-back
+(defrule room-release
   "Release the room when the robot memory has the room's new state; checked in each loop, by the time fact."
   ?goal <- (goal (class CLEAN) (mode EVALUATED) (params room ?room))
   (time $?)
   =>
-  (if (house-is-shared ?room) then
+  (if (house-share ?room) then
     (modify ?goal (mode RETRACTED))))

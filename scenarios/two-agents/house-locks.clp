@@ -22,7 +22,7 @@
   =>
   (modify ?action (state FORMULATED)))
 
-(defrule tap-give-back
+(defrule tap-release
   "Release the tap if this robot does not need it, e.g. because the goal has failed."
   (wm-fact (id "/cx/identity") (value ?me))
   (mutex (name tap) (state LOCKED) (locked-by ?me) (request NONE))
@@ -30,8 +30,8 @@
   =>
   (mutex-unlock-async tap))
 
-(defrule tap-given-back
-  "Clear the answer to tap-give-back; an action `unlock` clears its answer itself."
+(defrule tap-released
+  "Clear the answer to tap-release; an action `unlock` clears its answer itself."
   ?mutex <- (mutex (name tap) (request UNLOCK) (response UNLOCKED|ERROR))
   (not (plan-action (action-name unlock) (state RUNNING)))
   =>
@@ -39,7 +39,7 @@
 
 ; *** Locks of stopped robots ***
 
-(defrule locks-look-for-old
+(defrule locks-expire
   "While the other robot has a lock, check once a second whether its locks are too old."
   (time $?now)
   (wm-fact (id "/cx/identity") (value ?me))
@@ -53,7 +53,7 @@
   (assert (looked-for-old-locks ?now))
   (mutex-expire-locks-async))
 
-(defrule locks-looked
+(defrule locks-expire-done
   ?task <- (mutex-expire-task (task EXPIRE) (state COMPLETED|FAILED))
   =>
   (retract ?task))

@@ -20,7 +20,7 @@
   (goal-tree-assert-run-parallel ROUND NONE ?goals)
   (assert (robots-begun)))
 
-(defrule robots-round-goes-on
+(defrule robots-round-advance
   "The root needs no decisions: advance it to its next mode."
   ?root <- (goal (class ROUND) (mode ?mode&FORMULATED|SELECTED|FINISHED|EVALUATED))
   =>

@@ -12,7 +12,7 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFail
 WOODS = ("oak", "ash")
 COLOURS = ("red", "blue", "white")
 POINTS = 10
-"""The points for a delivery, and for each coat of the piece."""
+"""The points for a delivery, and as many again for each coat of the piece."""
 IN_TIME = 20
 """The additional points for a delivery within the window of the order."""
 
@@ -25,6 +25,7 @@ class Order:
     """An order. Times are seconds since the begin of the production.
 
     :param coats: the colours in the order of painting.
+    :param announced: the time at which the referee announces the order.
     :param begin: the begin of the window in which the delivery is in time; ``end`` is its end.
     """
 
@@ -47,7 +48,7 @@ class Order:
 
 
 def draw_orders(seed: int, count: int, seconds: float) -> list[Order]:
-    """Draw the orders of a game.
+    """Draw the orders of a game, and return them in the order of their numbers.
 
     :param seconds: the duration of the production.
     """

@@ -49,6 +49,11 @@ class Hand(SkillExecutor):
             yield from self._take(machine, name) if call.skill == "take" else self._put(machine, name)
 
     def _take(self, machine: Any, name: str) -> Steps:
+        """Take the piece out of a machine.
+
+        :param machine: the open MachineInterface of the machine.
+        :raises SkillFailedError: if the robot holds a piece, or the machine is empty or does not answer.
+        """
         machine.read()
         if self._piece:
             raise SkillFailedError(f"{self.agent} holds {self._piece}")
@@ -59,6 +64,10 @@ class Hand(SkillExecutor):
         self._piece = piece
 
     def _put(self, machine: Any, name: str) -> Steps:
+        """Put the held piece into a machine.
+
+        :raises SkillFailedError: if the robot holds no piece, or the machine is full or does not answer.
+        """
         machine.read()
         if not self._piece:
             raise SkillFailedError(f"{self.agent} holds nothing")
@@ -79,6 +88,7 @@ class Hand(SkillExecutor):
             machine.read()
 
     def _wait(self, seconds: float, text: str) -> Steps:
+        """Yield progress with the text until the seconds are over."""
         begin_us = self.clock.now_us()
         while (share_done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
             yield Progress(share_done, text)

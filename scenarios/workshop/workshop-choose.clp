@@ -1,9 +1,9 @@
-;;; The choice of robots and machines for a step. A machine is reserved for an order until its
-;;; piece is taken out. A robot works for one step at a time.
+;;; The choice of robots and machines for a step. A machine is reserved for an order until a robot takes the
+;;; piece of the order out of it. A robot works for one step at a time.
 
-(deftemplate workshop-chosen "A step with all its resources."
+(deftemplate workshop-chosen "A step for which the machine and the robot are chosen."
   (slot goal (type SYMBOL))
-  (slot robot (type SYMBOL) (default nil)))
+  (slot robot (type SYMBOL) (default nil)))  ; nil if machines alone execute the step
 
 (defrule workshop-choose-saw
   (goal (id ?id) (class CUT) (mode SELECTED) (params order ?order $?))
@@ -12,20 +12,20 @@
   (modify ?saw (order ?order))
   (assert (workshop-chosen (goal ?id))))
 
-(defrule workshop-choose-saw-again
-  "Choose again after a failed try."
+(defrule workshop-choose-reserved-saw
+  "The order has kept the saw after a failed try."
   (goal (id ?id) (class CUT) (mode SELECTED) (params order ?order $?))
   (machine (name saw) (order ?order))
   =>
   (assert (workshop-chosen (goal ?id))))
 
 (defrule workshop-choose-machine
-  "The piece is at the machine already."
+  "There is no choice: the piece is in the machine, which is reserved for the order."
   (goal (id ?id) (class PAINT|HAND-OVER|CLEAR) (mode SELECTED))
   =>
   (assert (workshop-chosen (goal ?id))))
 
-(defrule workshop-keep-machine
+(defrule workshop-reserve-machine
   "Reserve the machine before a robot leaves for it."
   (goal (class CARRY) (mode SELECTED) (params order ?order piece ? from ? to ?to))
   ?machine <- (machine (name ?to) (order nil))
@@ -33,7 +33,8 @@
   (modify ?machine (order ?order)))
 
 (defrule workshop-choose-robot
-  "The robot with the piece, or else a free robot, preferably one at the place."
+  "Choose the robot that holds the piece. If no robot holds it, choose a free robot, preferably at the place
+   of the piece."
   (goal (id ?id) (class CARRY) (mode SELECTED) (params order ?order piece ?piece from ?from to ?to))
   (machine (name ?to) (order ?order))
   (not (workshop-chosen (goal ?id)))
@@ -54,7 +55,8 @@
   (assert (workshop-chosen (goal ?id) (robot ?robot))))
 
 (defrule workshop-machine-free
-  "The piece was taken out or delivered. A machine that is the last parameter, the destination, stays reserved."
+  "Free a machine whose piece a robot has taken out, or which has handed the piece over. The last parameter of
+   CARRY is the destination, which stays reserved."
   ?machine <- (machine (name ?from) (order ?order&~nil))
   (goal (id ?order) (mode DISPATCHED))
   (goal (class CARRY|HAND-OVER) (mode DISPATCHED) (params order ?order piece ?piece $?))

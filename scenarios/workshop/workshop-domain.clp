@@ -1,7 +1,7 @@
 ;;; The domain model, and the robots and machines of the workshop.
 
 (deftemplate robot "A robot, and the goal that it works for."
-  (slot name (type SYMBOL))   ; the name in the domain; on the skill board the same as a string
+  (slot name (type SYMBOL))   ; the name in the domain; its text is the name on the skill board
   (slot goal (type SYMBOL) (default nil)))
 
 (deftemplate machine "A machine, and the order for which it is reserved."

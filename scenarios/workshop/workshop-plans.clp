@@ -1,4 +1,5 @@
-;;; Plans for the steps, from the state at their begin. The slot skiller names the executing robot.
+;;; Plans for the steps, made from the state of the world when the step begins.
+;;; The slot skiller names the robot or the machine that executes an action.
 
 (deffunction workshop-action (?goal ?action ?who ?names ?values)
   "Assert the next action of the goal's plan; ?who is the robot or the machine that executes the action."
@@ -28,7 +29,7 @@
   (modify ?goal (mode EXPANDED)))
 
 (defrule workshop-plan-carry
-  "A plan from the place of the robot. A robot with the piece, after a failed try, skips the first actions."
+  "Plan from the place of the robot. A robot that holds the piece after a failed try need not fetch it."
   ?carry <- (workshop-carry ?id)
   (goal (id ?id) (params order ? piece ?piece from ?from to ?to))
   (workshop-chosen (goal ?id) (robot ?robot))
