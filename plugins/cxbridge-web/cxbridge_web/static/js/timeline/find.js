@@ -80,6 +80,7 @@ export class Tip {
       details.map((line) => el.span(line)),
     );
     box.hidden = false;
+    // the tip is beside the pointer by some pixels, so that the pointer does not cover it
     const mostLeft = Math.max(0, canvas.clientWidth - box.offsetWidth),
       below = y + 18,
       isLow = below + box.offsetHeight > canvas.clientHeight;

@@ -128,6 +128,7 @@ export class Timeline {
 
   // -- drawing
 
+  /** Draw in the next frame, once for several calls. */
   later() {
     this.canvas.later();
   }
@@ -151,7 +152,7 @@ export class Timeline {
     clearTimeout(this.settleTimer);
     this.settleTimer = setTimeout(() => this.relist(), SETTLED_MS);
   }
-  /** Let a live run move on. */
+  /** Move the window to the present moment of a live run, and draw again. */
   tick() {
     const { time } = this.now;
     if (document.hidden || !this.box.isConnected || time === this.tickedAt) return;
@@ -246,7 +247,7 @@ export class Timeline {
     const [from, to] = this.rangeOf(item);
     if (to < this.window.from || from > this.window.to) this.window.show(from, to);
   }
-  /** Choose the row of the tree that a user walked to or opened. */
+  /** Choose a row of the tree. @param how "key": the user walked to the row with the arrow keys */
   choose({ kind, item }, how) {
     if (kind === "goal" || kind === "action") this.host.go(pathTo(item), how === "key");
     else this.later();

@@ -43,8 +43,8 @@ export class TimeWindow {
   /** Show a range, within limits. @param options whether to keep `fits` and `follows` */
   set(from, to, { keepsFit = false, keepsFollowing = false } = {}) {
     const whole = this.whole(),
-      most = (whole.to - whole.from) * 1.5,
-      span = Math.min(Math.max(to - from, LEAST_SPAN[this.axis]), Math.max(most, LEAST_SPAN[this.axis]));
+      longest = (whole.to - whole.from) * 1.5,
+      span = Math.min(Math.max(to - from, LEAST_SPAN[this.axis]), Math.max(longest, LEAST_SPAN[this.axis]));
     // at most half of the picture is empty
     const begin = Math.min(Math.max(from, whole.from - span / 2), whole.to - span / 2);
     if (!keepsFit) this.fits = false;

@@ -87,14 +87,14 @@ export function open(root, app) {
   function end() {
     if (app.recording) return app.recording.end;
     const { status, connection } = app,
-      last = Math.max(app.live.time, ...store.series.map((each) => each.times[each.count - 1] || 0)),
+      last = Math.max(app.live.time, ...store.series.map(({ times, count }) => times[count - 1] || 0)),
       statusAgeMs = status?.clock === "real" ? performance.now() - app.statusAt : 0;
     return status && connection === "open" ? Math.max(last, status.now_us + statusAgeMs * 1000) : last;
   }
   /** The begin of the recording, or of the live series. */
   function begin() {
     if (app.recording) return app.recording.begin;
-    return Math.min(end() - 1e6, ...store.series.filter((each) => each.count).map((each) => each.times[0]));
+    return Math.min(end() - 1e6, ...store.series.filter(({ count }) => count).map(({ times }) => times[0]));
   }
   function showAll() {
     const from = begin(),
@@ -186,11 +186,11 @@ export function open(root, app) {
   }
   function drawValues() {
     const time = chart.cursor ?? chart.moment ?? end();
-    for (const each of store.series) {
-      const range = (!each.words && each.range(chart.from, chart.to)) || [],
-        value = each.count ? each.text(each.at(time)) || "not yet" : "no samples",
+    for (const series of store.series) {
+      const range = (!series.words && series.range(chart.from, chart.to)) || [],
+        value = series.count ? series.text(series.at(time)) || "not yet" : "no samples",
         texts = [value, ...[0, 1].map((at) => (at in range ? numberText(range[at]) : ""))];
-      for (const [at, cell] of (cells.get(each.name) || []).entries()) cell.textContent = texts[at];
+      for (const [at, cell] of (cells.get(series.name) || []).entries()) cell.textContent = texts[at];
     }
   }
 

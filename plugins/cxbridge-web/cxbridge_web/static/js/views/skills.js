@@ -105,7 +105,7 @@ export function open(root, app) {
   function skillerIds() {
     if (!app.recording) return skillers;
     const uids = [...app.model.interfaces.keys()].filter((uid) => uid.startsWith(STATUS)),
-      lanes = app.model.calls.map((each) => each.lane),
+      lanes = app.model.calls.map(({ lane }) => lane),
       all = [...new Set([...uids.map((uid) => uid.slice(STATUS.length)), ...lanes])].sort();
     // with several agents, the interface AGENT/ID and the lane ID may belong to one Skiller
     return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));
@@ -133,17 +133,17 @@ export function open(root, app) {
   async function readSkillers() {
     const interfaces = await get("blackboard/interfaces"),
       idsOf = (type) =>
-        interfaces.filter((each) => each.type + "::" === type && each.writer).map(({ id }) => id);
+        interfaces.filter((row) => row.type + "::" === type && row.writer).map(({ id }) => id);
     skillers = idsOf(STATUS).sort();
     hasDebug = !skillers.length || idsOf(DEBUG).includes(skiller());
-    if (interfaces.some((each) => each.type === EXECUTOR))
+    if (interfaces.some(({ type }) => type === EXECUTOR))
       executorAnswer = await get("cxbridge/interfaces?type=" + EXECUTOR);
     drawChoice();
   }
   const { life } = page;
   const readNames = page.reader(async () => {
     await readSkillers();
-    names = hasDebug ? (await get(pathFor("skiller/skills"))).map((each) => each.name) : [];
+    names = hasDebug ? (await get(pathFor("skiller/skills"))).map(({ name }) => name) : [];
   }, SLOW_MS);
   const readActive = life.reader(
     async () => {
@@ -179,7 +179,7 @@ export function open(root, app) {
           ? "The Skiller knows none, or there is no Skiller."
           : skiller() + " has no SkillerDebugInterface, which lists skills. It can be called.";
     page.show(
-      all.filter((each) => page.matches(each.name)),
+      all.filter(({ name }) => page.matches(name)),
       all.length,
       "No skills",
       hint,
