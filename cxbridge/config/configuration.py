@@ -75,7 +75,7 @@ class Configuration:
     def from_text(
         cls, text: str, name: str = "<text>", *, host: str | None = None, confdir: str | Path = "."
     ) -> Configuration:
-        """Read a configuration from a text; ``name`` takes the place of a file in errors."""
+        """Read a configuration from a text; ``name`` replaces the file in errors."""
         loader = ConfigLoader(Path(confdir), host)
         loader.load_text(text, name)
         return cls._from_loader(loader)

@@ -91,7 +91,7 @@ def _split_tokens(text: str) -> Iterator[str]:
 
 
 def _to_safe_texts(tokens: list[str], text: str) -> list[str]:
-    """Return the texts of constants, with the strings quoted anew.
+    """Return the texts of constants, with the strings quoted again.
 
     :param text: the text of the client, for errors.
     :raises ClipsError: if a token is not a constant.

@@ -39,7 +39,7 @@ class KnownWorld(NamedTuple):
     """The initial state of a problem.
 
     :param objects: names and types of the objects.
-    :param facts: the true facts.
+    :param facts: the facts that hold.
     :param numbers: the values of functions.
     """
 

@@ -2,7 +2,7 @@
 
 In the ROS 2 CX (carologistics/clips_executive) a plug-in is a C++ class, e.g. ``cx::FileLoadPlugin``, which
 adds functions, templates and facts to environments. The parameters list plug-ins by name, each with its C++
-class, for which a Python class stands in here. All environments share one object per name. The node calls
+class, which a Python class replaces here. All environments share one object per name. The node calls
 ``initialize`` once, ``init_context`` and ``context_destroyed`` for each environment, and ``finalize`` once.
 """
 

@@ -1,4 +1,4 @@
-"""Runs a learning agent of the ROS 2 CX on the virtual clock, and takes the place of the agent's peer.
+"""Runs a learning agent of the ROS 2 CX on the virtual clock, and replaces the agent's peer.
 
 In carologistics/clips_executive the peer of an agent is the learner, the node ``cx_rl_node``. The learner
 calls services of the agent, and sends goals of the actions ``reset_env`` and ``action_selection``. Here goals

@@ -159,7 +159,7 @@ class StoppedEnvironment:
         return [fact for fact in map(self.find_fact, indices) if fact is not None]
 
     def find_fact(self, index: int) -> FactChange | None:
-        """Return the fact with an index, or the fact as it was before the current rule retracted it.
+        """Return the fact with an index, or the fact that the current rule has retracted.
 
         Return None if there is no such fact.
         """
