@@ -77,7 +77,7 @@ class _Ticket(NamedTuple):
     """The identity of a request on a skill board.
 
     :param board: the id of the board; in a team, the name of the agent precedes the id.
-    :param epoch: identifies the start of the board, because each start numbers its masters from the beginning.
+    :param epoch: identifies the start of the board, because each start numbers its masters from 1 again.
     :param master: the number of the master.
     """
 
