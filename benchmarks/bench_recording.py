@@ -15,6 +15,7 @@ from cxbridge.trace.formats.registry import open_run
 ROOT = Path(__file__).resolve().parent.parent
 PAIRS = 11
 LIMITS = {"transitions": 1.05, "rules": 1.25, "facts": 1.25}
+"""The limits of the median ratio by level."""
 GOALS = 150
 
 SCENARIO = """
@@ -90,6 +91,7 @@ def measure(name: str, scenario: Path, folder: Path) -> None:
     """Print the cost of recording a scenario at each level."""
     trace = folder / "run.mcap"
     for level, limit in LIMITS.items():
+        # the first runs fill caches; the order of a pair alternates, so that a drift of speed cancels out
         run_seconds(scenario, trace, level)
         run_seconds(scenario, None, level)
         pairs = [measure_pair(scenario, trace, level, number % 2 == 0) for number in range(PAIRS)]

@@ -1,7 +1,7 @@
 ;;; Plans: fixed in this scenario; a planner could make them, too.
 
 (deffunction talk-step (?goal ?step ?action ?names ?values)
-  "Assert an action of the goal's plan; steps are multiples of ten."
+  "Assert an action of the goal's plan; its id is ten times ?step."
   (assert (plan-action (goal-id ?goal) (plan-id (sym-cat ?goal -PLAN)) (id (* 10 ?step))
                        (action-name ?action) (duration 4.0)
                        (param-names ?names) (param-values ?values))))

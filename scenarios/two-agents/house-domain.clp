@@ -2,7 +2,7 @@
 
 (deftemplate room "A room, and the mutex of the room as a resource."
   (slot name (type SYMBOL))
-  (slot number (type INTEGER))  ; the smallest number first
+  (slot number (type INTEGER))  ; robots clean the room with the smallest number first
   (slot mutex (type SYMBOL)))
 
 (defglobal
@@ -16,7 +16,8 @@
   (assert (domain-loaded)))
 
 (defrule house-domain-facts
-  "No room is known to be clean. Facts about rooms are shared with the other robot."
+  "Assert the rooms, none of which is clean at first, share the facts about them with the other robot,
+   and request control of this robot's Skiller."
   (domain-loaded)
   (wm-fact (id "/cx/identity") (value ?me))
   (not (domain-facts-loaded))

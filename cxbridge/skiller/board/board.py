@@ -171,7 +171,7 @@ class SkillBoard:
         return bool(self._masters) or not self._interface.msgq_empty()
 
     def exchange(self) -> bool:
-        """Handle and answer messages of executors; return whether there were any."""
+        """Handle messages and changes of executors; return whether there was anything to handle."""
         # first the events: an executor's messages were sent before its end, so they are in the queue by then
         changes = self._watch.take_changes()
         is_quiet = not changes and not self._has_new_masters and self._interface.msgq_empty()

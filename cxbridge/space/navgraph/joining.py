@@ -1,4 +1,4 @@
-"""Edges that cross other edges, as the tag of an edge in a graph file permits."""
+"""Adds edges that cross other edges: refuses the crossing, or splits the edges at it."""
 
 from __future__ import annotations
 

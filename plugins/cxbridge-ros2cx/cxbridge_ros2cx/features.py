@@ -32,14 +32,14 @@ def make_features(
     entries: Iterable[FeatureEntry],
     config: Configuration,
     board: BlackBoard,
-    get_skills: Callable[[], SkillBoardClient | None],
-    on_removal: Callable[[], None] = lambda: None,
+    get_skill_board: Callable[[], SkillBoardClient | None],
+    on_skill_removed: Callable[[], None] = lambda: None,
     make_planning: MakeService = lambda _env: PlanningService(),
 ) -> list[Feature]:
     """Return ``config_feature``, ``redefine_warning_feature``, and the features that the parameters list.
 
-    :param get_skills: returns the skill board; None before the skill board exists.
-    :param on_removal: called when an ended skill is removed.
+    :param get_skill_board: returns the skill board; None before the skill board exists.
+    :param on_skill_removed: called when an ended skill is removed.
     :param make_planning: returns the planning service of an environment.
     :raises ConfigError: if the plugin of an entry is unknown.
     """
@@ -52,7 +52,9 @@ def make_features(
         ),
         "cx::ClipsPddlParserFeature": lambda: parser,
         "cx::SkillExecutionFeature": lambda: SkillExecutionFeature(
-            get_skills, on_removal, repeats_defects=Ros2CxSettings.from_config(config).repeats_defects
+            get_skill_board,
+            on_skill_removed,
+            repeats_defects=Ros2CxSettings.from_config(config).repeats_defects,
         ),
         # as in the thesis' executive, facts of interfaces live for one run of the rules
         "cx::BlackboardFeature": lambda: BlackBoardFeature(board, retract_early=True),

@@ -40,8 +40,8 @@ _PENDING_EFFECT_TEMPLATE = "domain-pending-sensed-fact"
 class SkillExecutionFeature(Feature):
     """Defines ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
 
-    :param get_skills: returns the skill board; None before the skill board exists.
-    :param on_removal: called when an ended skill is removed: in the tick that asserts its end.
+    :param get_skill_board: returns the skill board; None before the skill board exists.
+    :param on_skill_removed: called when an ended skill is removed: in the tick that asserts its end.
     :param repeats_defects: whether to repeat the defects of the thesis' executive.
     """
 
@@ -49,12 +49,16 @@ class SkillExecutionFeature(Feature):
 
     def __init__(
         self,
-        get_skills: Callable[[], SkillBoardClient | None],
-        on_removal: Callable[[], None],
+        get_skill_board: Callable[[], SkillBoardClient | None],
+        on_skill_removed: Callable[[], None],
         *,
         repeats_defects: bool = False,
     ) -> None:
-        self.get_skills, self.on_removal, self.repeats_defects = get_skills, on_removal, repeats_defects
+        self.get_skill_board, self.on_skill_removed, self.repeats_defects = (
+            get_skill_board,
+            on_skill_removed,
+            repeats_defects,
+        )
         self._skills_by_environment: dict[str, _EnvironmentSkills] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -128,7 +132,7 @@ class _EnvironmentSkills:
     def _request_skill(
         self, skill_id: str, action_name: str, parameter_text: str, mapped_action: str, agent: str
     ) -> _SkillCall:
-        skills = self._feature.get_skills()
+        skills = self._feature.get_skill_board()
         if skills is None:
             return _SkillCall(skill_id, agent, None, "there is no skill board")
         # the thesis' executive splits at each blank, and passes an empty parameter to a skill without any
@@ -156,7 +160,7 @@ class _EnvironmentSkills:
             # retracts these facts is never defined, because a parenthesis is missing.
             for index, _template, _slots in list(self._env.facts(_FEEDBACK_TEMPLATE)):
                 self._env.retract(index)
-        skills = self._feature.get_skills()
+        skills = self._feature.get_skill_board()
         for agent, call in sorted(self._calls.items()):
             action = call.action
             if skills is not None and action is not None:
@@ -178,7 +182,7 @@ class _EnvironmentSkills:
                 self._sensors.add_skill(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
-                self._feature.on_removal()
+                self._feature.on_skill_removed()
 
     def cancel(self, agent: str) -> None:
         call = self._calls.get(str(agent))
@@ -188,7 +192,7 @@ class _EnvironmentSkills:
             self._cancel_action(call)
 
     def _cancel_action(self, call: _SkillCall) -> None:
-        skills = self._feature.get_skills()
+        skills = self._feature.get_skill_board()
         if skills is not None and call.action is not None:
             skills.stop(call.action.number)
 

@@ -182,7 +182,7 @@ def _play_sweep(
 
 def _print_comparison(comparison: AgentComparison) -> None:
     """Print the differences between two agents."""
-    completed, makespan = comparison.completed, comparison.makespan
+    completed, makespan = comparison.completion_difference, comparison.makespan_difference
     percent, bounds = 100 * completed.estimate, completed.format_bounds("+.2f", scale=100)
     say(f"difference in completed runs: {percent:+.2f} % ({bounds})")
     if makespan is not None:

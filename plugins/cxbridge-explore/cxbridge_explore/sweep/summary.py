@@ -62,19 +62,19 @@ class AgentComparison:
     second: Mapping[int, RunRow]
 
     @property
-    def completed(self) -> Interval:
+    def completion_difference(self) -> Interval:
         """The difference in the share of completed runs, second minus first."""
         return mean_interval(
             [float(self.second[seed].is_completed) - row.is_completed for seed, row in self.first.items()]
         )
 
     @property
-    def makespan(self) -> Interval | None:
+    def makespan_difference(self) -> Interval | None:
         """The difference in makespan in seconds, second minus first, over runs that both complete."""
-        differences = self._differences()
+        differences = self._makespan_differences()
         return mean_interval(list(differences.values())) if differences else None
 
-    def _differences(self) -> dict[int, float]:
+    def _makespan_differences(self) -> dict[int, float]:
         return {
             seed: self.second[seed].makespan - row.makespan
             for seed, row in self.first.items()
@@ -86,12 +86,12 @@ class AgentComparison:
         differing_seeds = [
             seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
         ]
-        return [*differing_seeds, *rank_differences(self._differences())][:MAX_LISTED_SEEDS]
+        return [*differing_seeds, *rank_differences(self._makespan_differences())][:MAX_LISTED_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
-        makespan = self.makespan
+        makespan = self.makespan_difference
         return {
-            "completed": self.completed.as_dict(),
+            "completed": self.completion_difference.as_dict(),
             "makespan": None if makespan is None else makespan.as_dict(),
             "seeds": [
                 {

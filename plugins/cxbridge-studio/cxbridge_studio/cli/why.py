@@ -80,8 +80,8 @@ def why(
             metavar="[rule|goal|action|fact] NAME [SCENARIO]",
             help="What to explain: a rule, a goal by id or class, a plan-action GOAL/ID, a fact f-12, or "
             "with 'run' the whole run. Without SCENARIO and --run, the daemon explains its present run. With "
-            "SCENARIO, the command runs the scenario up to --at; with --run, too, it reads the rules of the "
-            "recording from the scenario.",
+            "SCENARIO, the command runs the scenario up to --at; with both, it explains the recording "
+            "with the rules of the scenario.",
         ),
     ],
     url: Connect = DEFAULT_URL,
