@@ -20,6 +20,7 @@ from cxbridge.executive.pddl.ast import (
     FunctionTerm,
     Not,
     NumericChange,
+    Or,
     Problem,
     TermComparison,
     Timed,
@@ -82,15 +83,25 @@ def _relax_formula(formula: Formula, changed_predicates: Collection[str] = ()) -
                 return And(())
             case Timed(part=timed_part):
                 return timed_part
-            case TermComparison() if any(isinstance(term, FunctionTerm) for term in part.terms):
-                return And(())
-            case Not(part=And(parts=())) | NumericChange():
-                # map() changes inner parts first: a comparison within a negation is And(()) by now
+            case NumericChange():
                 return And(())
             case _:
-                return part
+                return And(()) if _depends_on_number(part) else part
 
-    return formula.map(relax)
+    return formula.map(_reduce_numeric_negation).map(relax)
+
+
+def _reduce_numeric_negation(part: Formula) -> Formula:
+    """Return a comparison of numbers for a negation or implication with one, whose truth is as unknown."""
+    if isinstance(part.reduced, Not | Or):
+        return next(filter(_depends_on_number, part.reduced.walk()), part)
+    return part
+
+
+def _depends_on_number(formula: Formula) -> bool:
+    return isinstance(formula, TermComparison) and any(
+        isinstance(term, FunctionTerm) for term in formula.terms
+    )
 
 
 def _mentions(formula: Formula, predicates: Collection[str]) -> bool:

@@ -27,6 +27,9 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
         ("(at c table)", []),
         ("(lit)", []),
         ("(and (at c table) (not (at c kitchen)) (> (moved) 7))", []),
+        ("(imply (> (moved) 7) (red c))", []),
+        ("(not (or (> (moved) 7) (at c kitchen)))", []),
+        ("(not (or (not (> (moved) 7)) (at c kitchen)))", []),
         ("(at c tabel)", ["nothing achieves (at c tabel)"]),
         (
             "(and (at c tabel) (red c))",
