@@ -69,8 +69,8 @@ DEFECTS = (
         (
             (
                 "house-locks.clp",
-                "(mutex-unlock-async tap))\n\n(defrule tap-given",
-                "(assert (kept)))\n\n(defrule tap-given",
+                "(mutex-unlock-async tap))\n\n(defrule tap-released",
+                "(assert (kept)))\n\n(defrule tap-released",
             ),
         ),
         "run-ends",
