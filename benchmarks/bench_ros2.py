@@ -1,7 +1,7 @@
 """Round trips with a node of rclpy: from cxbridge and from rclpy, in turns in one run.
 
-``ROS2_SETUP`` names the folder with the setup.bash of a ROS 2, ``ROS2_PYTHON`` its Python. Without them
-nothing is measured.
+``ROS2_SETUP`` names the folder with the setup.bash of a ROS 2; without it nothing is measured.
+``ROS2_PYTHON`` names its Python, by default ``python3``.
 
     python -m benchmarks ros2
 """
@@ -84,7 +84,7 @@ def measure_rclpy() -> dict[str, float]:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Print the medians of all rounds, and their ratios."""
     if any(not os.environ.get(name) for name in NEEDED):
         print("nothing is measured: ROS2_SETUP names no ROS 2")
         return

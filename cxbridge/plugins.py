@@ -277,7 +277,7 @@ def installed_plugins() -> tuple[Plugin, ...]:
 
     A running program does not notice a package that is installed later, as Python does not for modules.
     """
-    return _find_plugins(tuple(sys.path))
+    return _read_plugins(tuple(sys.path))
 
 
 def package_hint(name: str) -> str:
@@ -293,18 +293,9 @@ def absent_package_hint(name: str) -> str:
 
 
 @lru_cache(maxsize=16)  # a run asks some 30 times, and the search calls the operating system for each folder
-def _find_plugins(search_path: tuple[str, ...]) -> tuple[Plugin, ...]:
-    return _read_plugins(tuple(_plugin_folders(search_path)))
-
-
-@lru_cache(maxsize=16)
-def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
-    """Return the plug-ins in folders, sorted by name.
-
-    :param folders: the folders, with their times of change as part of the cache key.
-    """
+def _read_plugins(search_path: tuple[str, ...]) -> tuple[Plugin, ...]:
     modules_and_packages: dict[str, list[tuple[str, str]]] = {}  # by the name of the plug-in
-    for folder, changed_ns in folders:
+    for folder, changed_ns in _plugin_folders(search_path):
         for name, module, metadata_folder in _read_entry_points(folder, changed_ns):
             modules_and_packages.setdefault(name, []).append((module, _package_title(metadata_folder)))
     imported = {

@@ -128,6 +128,7 @@ def test_enums_are_members_and_unknown_numbers_are_numbers() -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
+        *((name.upper(), object()) for name in SCALARS),
         ("INT32", 1.5),
         ("INT32", "1"),
         ("INT32", None),
@@ -159,7 +160,7 @@ def test_enums_are_members_and_unknown_numbers_are_numbers() -> None:
     ],
 )
 def test_invalid_value_is_refused_without_change(name: str, value: object) -> None:
-    before = BLOCK.to_bytes()
+    BLOCK.set_from_chunk(before := bytes([1]) * BLOCK.SCHEMA.datasize)
     for assign in (lambda: setattr(BLOCK, name, value), lambda: BLOCK.set(name, value)):
         with pytest.raises(InterfaceError, match=rf"SampleInterface\.{name} of type \w+ cannot be") as caught:
             assign()

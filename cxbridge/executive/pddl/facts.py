@@ -217,7 +217,7 @@ class _FactMaker:
             predicate = EQUALITY_PREDICATE if formula.operator == "=" else formula.operator
             yield from self._atom_facts(predicate, terms, parent, id_, position, is_root=is_root)
             return
-        variables = tuple({term.name: term for term in _find_variables(terms)}.values())  # each one once
+        variables = tuple({term.name: term for term in _find_variables(terms)}.values())  # each variable once
         atom_facts = self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root)
         *formula_facts, predicate_fact = atom_facts  # pddl-predicate comes last
         yield from (*formula_facts, predicate_fact)

@@ -39,13 +39,13 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[Block]:
     while start_a < end_a and start_b < end_b:
         window_a = a[start_a : min(start_a + WINDOW_SIZE, end_a)]
         window_b = b[start_b : min(start_b + WINDOW_SIZE, end_b)]
-        found = [
+        window_blocks = [
             (start_a + index_a, start_b + index_b, size)
             for index_a, index_b, size in _find_blocks(window_a, window_b)
         ]
         # the last items may have better partners after the window
-        blocks += found[: (len(found) + 1) // 2]
-        if found:
+        blocks += window_blocks[: (len(window_blocks) + 1) // 2]
+        if window_blocks:
             last_a, last_b, size = blocks[-1]
             start_a, start_b = last_a + size, last_b + size
         else:

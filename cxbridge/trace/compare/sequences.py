@@ -102,7 +102,7 @@ class _SequencePair:
         return starts[run] + size - 1
 
     def find_differences(self, checks: PairChecks) -> Iterator[Difference]:
-        found = [(edit.place, self._make_difference(edit)) for edit in self._find_edits()]
+        placed_differences = [(edit.place, self._make_difference(edit)) for edit in self._find_edits()]
         steps_a, steps_b = self._sequences
         for number, (start_a, start_b, size) in enumerate(self._blocks):
             for run, (steps, start) in enumerate(((steps_a, start_a), (steps_b, start_b))):
@@ -112,8 +112,8 @@ class _SequencePair:
                 index = start_a + offset
                 for difference in checks.find_differences(steps_a[index], steps_b[start_b + offset]):
                     difference.subject = self._subject
-                    found.append((Place(number, len(ONE_SIDED_KINDS), index), difference))
-        return (difference for _, difference in sorted(found, key=itemgetter(0)))
+                    placed_differences.append((Place(number, len(ONE_SIDED_KINDS), index), difference))
+        return (difference for _, difference in sorted(placed_differences, key=itemgetter(0)))
 
     def _find_edits(self) -> list[Edit]:
         """Return the edits in order, consecutive ones joined."""
@@ -195,8 +195,8 @@ class _SequencePair:
         if edit.kind is DifferenceKind.CHANGED:
             a, b = (steps[index] for steps, index in zip(self._sequences, edit.indices, strict=True))
             return describe_changes(a.content, b.content)
-        noun, one = ("value", "a value") if has_details else ("event", "an event")
-        events = one if edit.count == 1 else f"{edit.count} {noun}s"
+        noun, single_noun = ("value", "a value") if has_details else ("event", "an event")
+        events = single_noun if edit.count == 1 else f"{edit.count} {noun}s"
         if edit.kind is DifferenceKind.ORDER:
             return f"{events} in another order: {'earlier' if edit.place.rank else 'later'} in B"
         run = ONE_SIDED_KINDS.index(edit.kind)

@@ -97,7 +97,7 @@ def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, por
         conflict = Finding(
             CONFLICTING_PROGRAM,
             SourcePlace(str(file)),
-            "the names are those of the CX core",
+            "the file defines names of the CX core, so an agent cannot load it",
             "run it with CLIPS, or give its facts and rules names that the core does not have",
         )
         file_findings = [*findings_without_errors, conflict]

@@ -43,10 +43,10 @@ function map(rows) {
       choices = row.path.join("; ") || "nothing but the usual",
       ending = row.reason ? outcome + ": " + row.reason : outcome,
       title = [choices, ending, ...row.violations].join("\n"),
-      isBold = row.violations.length > 0,
-      label = (isBold ? "✖ " : "") + (row.choice || "the usual run"),
+      isViolated = row.violations.length > 0,
+      label = (isViolated ? "✖ " : "") + (row.choice || "the usual run"),
       from = parent === null ? -1 : places.get(parent);
-    return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, href: page, from };
+    return { label, isViolated, begin, end, kind: KINDS[outcome] || "bad", title, href: page, from };
   };
   const undrawnCount = rows.length - drawn.length,
     end = Math.max(...drawn.map((number) => rows[number].end_s)),

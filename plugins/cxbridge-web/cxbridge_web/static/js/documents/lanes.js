@@ -2,21 +2,21 @@
 // otherwise.
 import { el, svg } from "cx/dom.js";
 
-const ROW = 22, // height of a lane
-  BAR = 16, // height of a bar
-  HEAD = 22, // height of the axis above the lanes
-  LABELS = 320, // the greatest width of the labels
-  NARROWEST = 500,
-  WIDEST = 12000,
-  COLUMN = 1150, // the width of a document's text
+const ROW_HEIGHT = 22, // of a lane
+  BAR_HEIGHT = 16,
+  AXIS_HEIGHT = 22, // above the lanes
+  MAX_LABEL_WIDTH = 320,
+  MIN_WIDTH = 500,
+  MAX_WIDTH = 12000,
+  TEXT_WIDTH = 1150, // of a document
   MARGINS = 64, // of both sides of the document
   PIXELS_A_SECOND = 6,
-  LETTER = 6.6, // mean width of a letter
+  LETTER_WIDTH = 6.6, // mean
   TICK_PIXELS = 100; // the least distance of two ticks
 const TICK_STEPS_S = [1, 2, 5, 10, 30, 60, 120, 300, 600]; // seconds between two ticks
 
 /** The y of the middle of a lane. */
-const middleOf = (place) => HEAD + ROW * place + ROW / 2;
+const middleOf = (rowIndex) => AXIS_HEIGHT + ROW_HEIGHT * rowIndex + ROW_HEIGHT / 2;
 const cut = (text, letters) => (text.length <= letters ? text : text.slice(0, letters - 1) + "…");
 
 /** The times of the ticks in seconds, from 0. */
@@ -29,32 +29,38 @@ function tickTimes(seconds, width) {
 /**
  * Draw a lane for each run.
  * @param rows {label, begin, end (both seconds), kind: a CSS class, title, href, from: the index of the
- * lane that the run left, -1 for none; isBold}
- * @param length the end of the axis in seconds
+ * lane that the run left, -1 for none; isViolated}
+ * @param givenSeconds the end of the axis
  * @param about a description for screen readers
  */
-export function lanes(rows, length, about) {
-  const seconds = length > 0 ? length : 1,
+export function lanes(rows, givenSeconds, about) {
+  const seconds = givenSeconds > 0 ? givenSeconds : 1,
     longest = Math.max(0, ...rows.map(({ label }) => label.length)),
-    labelWidth = Math.min(LABELS, Math.ceil((longest + 2) * LETTER)),
-    room = Math.min(innerWidth - MARGINS, COLUMN) - labelWidth,
-    width = Math.min(Math.max(NARROWEST, room, seconds * PIXELS_A_SECOND), WIDEST),
-    height = HEAD + ROW * rows.length + 4,
+    labelWidth = Math.min(MAX_LABEL_WIDTH, Math.ceil((longest + 2) * LETTER_WIDTH)),
+    room = Math.min(innerWidth - MARGINS, TEXT_WIDTH) - labelWidth,
+    width = Math.min(Math.max(MIN_WIDTH, room, seconds * PIXELS_A_SECOND), MAX_WIDTH),
+    height = AXIS_HEIGHT + ROW_HEIGHT * rows.length + 4,
     // a margin of 4 on both sides
     x = (time) => 4 + ((width - 8) * time) / seconds;
-  const label = ({ label: text, title, isBold }, place) =>
+  const label = ({ label: text, title, isViolated }, rowIndex) =>
     svg.text(
-      { class: isBold ? "violated" : null, x: 2, y: middleOf(place) + 4 },
+      { class: isViolated ? "violated" : null, x: 2, y: middleOf(rowIndex) + 4 },
       svg.title(title),
-      cut(text, Math.floor(labelWidth / LETTER)),
+      cut(text, Math.floor(labelWidth / LETTER_WIDTH)),
     );
   const tick = (time) => [
-    svg("line.tick", { x1: x(time), x2: x(time), y1: HEAD - 4, y2: height }),
+    svg("line.tick", { x1: x(time), x2: x(time), y1: AXIS_HEIGHT - 4, y2: height }),
     svg.text({ x: x(time), y: 12, "text-anchor": time >= seconds ? "end" : "start" }, time + " s"),
   ];
-  const bar = ({ begin, end, kind, title, href, from }, place) => {
-    const [left, middle] = [x(begin), middleOf(place)],
-      box = { x: left, y: middle - BAR / 2, width: Math.max(x(end) - left, 1), height: BAR, rx: 2 };
+  const bar = ({ begin, end, kind, title, href, from }, rowIndex) => {
+    const [left, middle] = [x(begin), middleOf(rowIndex)],
+      box = {
+        x: left,
+        y: middle - BAR_HEIGHT / 2,
+        width: Math.max(x(end) - left, 1),
+        height: BAR_HEIGHT,
+        rx: 2,
+      };
     return svg(
       href ? "a" : "g",
       { href, "aria-label": href && title },

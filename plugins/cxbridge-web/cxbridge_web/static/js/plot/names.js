@@ -7,7 +7,7 @@ const FIELD = /^([A-Za-z_]\w*)::(.+)\.([A-Za-z_]\w*)(?:\[(\d+)\])?$/s;
 // groups: environment, template, conditions, slot, index
 const SLOT = /^(?:([^\s:{}]+):)?([^\s:{}.]+)(?:\{([^{}]*)\})?\.([^\s.[\]]+)(?:\[(\d+)\])?$/;
 const LOOP = /^loop(?: time)?$/;
-const MOST_ELEMENTS = 8; // of an array, in proposals
+const MAX_ELEMENTS = 8; // of an array, in proposals
 export const HINT = "Type::id.field, template.slot, template{slot=value}.slot, or loop";
 
 /** The end of a name for an element of an array or multislot; "" without an index. */
@@ -17,8 +17,15 @@ function fieldSource([, type, id, field, index]) {
   const uid = type + "::" + id,
     label = field + indexText(index);
   return {
-    ...{ name: uid + "." + label, label, about: uid, kind: "interface", axis: type + "." + field },
-    ...{ isStep: false, uid, type, id },
+    name: uid + "." + label,
+    label,
+    about: uid,
+    kind: "interface",
+    axis: type + "." + field,
+    isStep: false,
+    uid,
+    type,
+    id,
     sample(event) {
       const value = event.kind === "interface" && event.uid === uid ? event.values[field] : undefined;
       return Array.isArray(value) ? value[index ?? 0] : value;
@@ -40,12 +47,14 @@ function slotSource([, givenEnv, template, conditionText, slot, index], usualEnv
   const filter = wanted.length ? "{" + wanted.map((pair) => pair.join("=")).join(",") + "}" : "",
     label = slot + indexText(index);
   return {
-    ...{
-      name: env + ":" + template + filter + "." + label,
-      label,
-      about: template + filter + " (" + env + ")",
-    },
-    ...{ kind: "fact", axis: template + "." + slot, isStep: true, env, template },
+    name: env + ":" + template + filter + "." + label,
+    label,
+    about: template + filter + " (" + env + ")",
+    kind: "fact",
+    axis: template + "." + slot,
+    isStep: true,
+    env,
+    template,
     sample(event) {
       if (event.kind !== "fact" || !event.asserted || event.template !== template || event.env !== env)
         return undefined;
@@ -57,18 +66,28 @@ function slotSource([, givenEnv, template, conditionText, slot, index], usualEnv
 }
 
 const LOOP_TIME = {
-  ...{ name: "loop", label: "loop time, ms", about: "main loop", kind: "loop", axis: "ms", isStep: false },
+  name: "loop",
+  label: "loop time, ms",
+  about: "main loop",
+  kind: "loop",
+  axis: "ms",
+  isStep: false,
   sample: (event) => (event.kind === "loop" ? event.duration_us / 1000 : undefined),
 };
 
 /**
  * Return the source of a series by its name; null for a text that is not a name.
  * @param usualEnv the environment for a name without an environment
- * @returns {name, label, about, kind, axis, isStep, sample(event)}: the full name; its last part and its
- * first part for the legend; the kind of its events; series with the same `axis` share an axis; `isStep`: a
- * value holds until the next one; `sample` returns the value in an event, or undefined
+ * @returns {object} the source:
+ *   name: the full name;
+ *   label: the last part of the name, for the legend;
+ *   about: the interface, the template with its environment, or the main loop, for the legend;
+ *   kind: the kind of its events;
+ *   axis: series with the same axis share one in the plot;
+ *   isStep: whether a value holds until the next value;
+ *   sample(event): the value in an event, or undefined
  */
-export function parseName(text, usualEnv) {
+export function findSource(text, usualEnv) {
   const name = text.trim(),
     field = FIELD.exec(name),
     slot = SLOT.exec(name);
@@ -81,5 +100,5 @@ export function parseName(text, usualEnv) {
 export function fieldNames(uid, field, value) {
   const name = uid + "." + field;
   if (!Array.isArray(value)) return [name];
-  return value.slice(0, MOST_ELEMENTS).map((_, at) => name + "[" + at + "]");
+  return value.slice(0, MAX_ELEMENTS).map((_, at) => name + "[" + at + "]");
 }

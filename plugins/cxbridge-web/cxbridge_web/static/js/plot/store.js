@@ -1,6 +1,6 @@
 // The plotted series of the live run and of the open recording; they outlive the view.
 import { factsPath, get, idPath, part } from "cx/api.js";
-import { parseName } from "cx/plot/names.js";
+import { findSource } from "cx/plot/names.js";
 import { Series } from "cx/plot/series.js";
 import { Store } from "cx/stores.js";
 
@@ -43,7 +43,7 @@ class PlotStore extends Store {
 
   /** Add a series. Returns the reason for a refusal, or "". */
   add(text) {
-    const source = parseName(text, this.app.env);
+    const source = findSource(text, this.app.env);
     if (!source) return "'" + text + "' is not a name of a value";
     if (this.live.has(source.name)) return "";
     if (this.live.size >= MOST_SERIES) return "A plot has at most " + MOST_SERIES + " series: remove one";
@@ -61,7 +61,7 @@ class PlotStore extends Store {
   }
   /** Replace the series. Returns the reason for the first refusal, or "". */
   show(names) {
-    const wantedNames = new Set(names.map((name) => parseName(name, this.app.env)?.name));
+    const wantedNames = new Set(names.map((name) => findSource(name, this.app.env)?.name));
     for (const name of this.names) if (!wantedNames.has(name)) this.remove(name);
     return names.map((name) => this.add(name)).find(Boolean) || "";
   }

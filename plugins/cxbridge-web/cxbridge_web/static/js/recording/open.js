@@ -47,7 +47,7 @@ async function withProgress(name, work, failed) {
   }
 }
 
-/** Open the bytes of a recording. @param server what a server of recordings offers, see openLinked() */
+/** Open the bytes of a recording. @param server the functions of a server of recordings, see openLinked() */
 async function openBytes(app, name, bytes, pause, server) {
   const text = () => new TextDecoder().decode(bytes),
     { events, notes, sources } = await (isMcap(bytes) ? readMcap(bytes, pause) : readLines(text(), pause));

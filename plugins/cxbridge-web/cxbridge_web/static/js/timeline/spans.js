@@ -128,7 +128,7 @@ export function outcomeAt(item, step = Infinity) {
 
 /**
  * The moments of an item and its durations: {begin, start (of its first run), end, waited, ran}, durations in
- * microseconds; null for what has not happened yet.
+ * microseconds; null for a change that has not happened yet.
  */
 export function timesOf(item, history) {
   const runs = spansOf(item, history).filter(({ part }) => part === "run"),

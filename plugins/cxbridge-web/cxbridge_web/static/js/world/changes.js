@@ -41,7 +41,7 @@ function addChange(list, { env, time_us: time, asserted, template, text }, step)
 }
 
 class ChangeStore extends Store {
-  owners = new Map(); // environment -> {source, own}: the agent's own templates, and who named them
+  ownTemplates = new Map(); // environment -> {source, own}: the agent's own templates, and the run that named them
 
   constructor(app) {
     super(app, (events = []) => {
@@ -54,16 +54,17 @@ class ChangeStore extends Store {
 
   /**
    * The changes up to the moment, the latest first: {time, before, after}.
-   * @param later called when the agent's own templates are known
+   * @param limit the maximum number of changes
+   * @param onTemplatesKnown called when the agent's own templates are known
    */
-  latest(most, later) {
+  latest(limit, onTemplatesKnown) {
     const { recording, env, selection } = this.app,
-      own = this.ownersOf(env, later),
+      own = this.ownTemplatesOf(env, onTemplatesKnown),
       until = selection.value.time ?? Infinity,
       isRecorded = recording && !recording.isPast,
       list = this.now,
       sentences = [];
-    for (let at = list.length - 1; at >= 0 && sentences.length < most; at--) {
+    for (let at = list.length - 1; at >= 0 && sentences.length < limit; at--) {
       const { step, time, template, env: changeEnv, from, to } = list[at],
         hasHappened = isRecorded ? step <= recording.at : time <= until,
         isOwn = own.has(template) && !INTERFACE.test(template),
@@ -74,17 +75,17 @@ class ChangeStore extends Store {
     return sentences;
   }
 
-  /** The agent's own templates, a Set; empty until they are known, and then `later` is called. */
-  ownersOf(env, later) {
+  /** The agent's own templates, a Set; empty until they are known, and then `onTemplatesKnown` is called. */
+  ownTemplatesOf(env, onTemplatesKnown) {
     const { app } = this,
       source = app.recording || app,
-      known = this.owners.get(env);
+      known = this.ownTemplates.get(env);
     if (known?.source === source) return known.own;
     const entry = { source, own: new Set() };
-    this.owners.set(env, entry);
+    this.ownTemplates.set(env, entry);
     const storeOwn = ({ own }) => {
       entry.own = own;
-      later();
+      onTemplatesKnown();
     };
     templateOwners(app, env).then(storeOwn, () => {}); // without an answer, only the domain is shown
     return entry.own;
