@@ -201,10 +201,13 @@ class PlanningService(Closing):
                 self._idle_processes.append(PlannerProcess())
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start a call."""
+        """Start a call; a closed service cancels the call."""
         call = PlanCall(self, request)
         with self._pool_changed:
             self._calls = {running for running in self._calls if running.result is None} | {call}
+            is_closed = self._is_closed
+        if is_closed:  # without the lock, which cancel needs
+            call.cancel()
         threading.Thread(target=call.run, name="planning", daemon=True).start()
         return call
 

@@ -138,11 +138,12 @@ def test_calls_beyond_limit_wait():
         assert {wait_for_status(call) for call in calls} == {PlanStatus.PLANNED}
 
 
-def test_close_cancels_calls():
+def test_close_cancels_running_and_later_calls():
     service = PlanningService()
     call = service.call(endless_request())
     service.close()
-    assert wait_for_status(call, 0) is PlanStatus.CANCELLED
+    later_result = service.plan(make_request(EASY))
+    assert (wait_for_status(call, 0), later_result.status) == (PlanStatus.CANCELLED, PlanStatus.CANCELLED)
     service.close()
 
 
