@@ -72,10 +72,14 @@ def find_installed_entries(commands: list[CMakeCommand], folder: Path) -> Iterat
     """Yield the files and folders of a package's ``install`` commands."""
     for command in commands:
         arguments = command.arguments  # the first argument says the kind of the sources, which follow
-        if command.name != "install" or "DESTINATION" not in arguments or arguments[0] not in _INSTALL_KINDS:
+        if (
+            command.name != "install"
+            or "DESTINATION" not in arguments[:-1]
+            or arguments[0] not in _INSTALL_KINDS
+        ):
             continue
         target = arguments[arguments.index("DESTINATION") + 1].strip("/")
-        new_name = arguments[arguments.index("RENAME") + 1] if "RENAME" in arguments else ""
+        new_name = arguments[arguments.index("RENAME") + 1] if "RENAME" in arguments[:-1] else ""
         for source_text in takewhile(lambda argument: argument not in _END_KEYWORDS, arguments[1:]):
             source = folder / source_text
             # as in CMake, the slash means the content of the folder
