@@ -32,21 +32,17 @@ def test_configuration_in_unsearchable_folder_is_an_error(
     assert f"{dark / 'more.yaml'}: Permission denied" in printed
 
 
-def test_unreadable_rules_are_an_error(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("command", "status", "stream"),
+    [("run", 2, "err"), pytest.param("check", 1, "out", marks=needs_plugin("studio"))],
+)
+def test_unreadable_rules_are_an_error(
+    command: str, status: int, stream: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     """Such a file was skipped silently, and the agent was stuck."""
     scenario = write_scenario(tmp_path / "mini")
     rules = scenario / "mini.clp"
     rules.chmod(0)
     with unprivileged():
-        assert invoke(["run", str(scenario)]) == 2
-        assert f"{rules} cannot be read: Permission denied" in capfd.readouterr().err
-
-
-@needs_plugin("studio")
-def test_check_reports_unreadable_rules(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    scenario = write_scenario(tmp_path / "mini")
-    rules = scenario / "mini.clp"
-    rules.chmod(0)
-    with unprivileged():
-        assert invoke(["check", str(scenario)]) == 1
-        assert f"{rules} cannot be read: Permission denied" in capfd.readouterr().out
+        assert invoke([command, str(scenario)]) == status
+        assert f"{rules} cannot be read: Permission denied" in getattr(capfd.readouterr(), stream)

@@ -20,6 +20,7 @@ import pytest
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus
+from tests.blackboard.samples import SampleInterface
 
 
 def _settle_at_once() -> None:
@@ -63,3 +64,13 @@ class Contract:
     @pytest.fixture
     def pair(self) -> BoardPair:
         raise NotImplementedError
+
+    @pytest.fixture
+    def reader(self, pair: BoardPair) -> Any:
+        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
+
+    @pytest.fixture
+    def writer(self, pair: BoardPair, reader: Any) -> Any:
+        writer = pair.far.open_for_writing(SampleInterface, "a", owner="w")
+        pair.settle()
+        return writer

@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from cxbridge.blackboard import errors
 from cxbridge.events import InterfaceWrite
-from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.contract import Contract
 from tests.blackboard.samples import SampleInterface
 
 
 class DataContract(Contract):
-    @pytest.fixture
-    def reader(self, pair: BoardPair) -> Any:
-        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
-
-    @pytest.fixture
-    def writer(self, pair: BoardPair, reader: Any) -> Any:
-        return pair.far.open_for_writing(SampleInterface, "a", owner="w")
-
     def test_read_loads_written_data(self, pair, reader, writer):
         pair.publish(writer, count=3, text="three")
         assert (reader.count, reader.text) == (0, "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 import pytest
 
@@ -24,16 +23,6 @@ INSTANCES = (
 
 
 class EventsContract(Contract):
-    @pytest.fixture
-    def reader(self, pair: BoardPair) -> Any:
-        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
-
-    @pytest.fixture
-    def writer(self, pair: BoardPair, reader: Any) -> Any:
-        writer = pair.far.open_for_writing(SampleInterface, "a", owner="w")
-        pair.settle()
-        return writer
-
     # -- data
 
     def test_each_write_notifies_refreshed_before_changed(self, pair, reader, writer):

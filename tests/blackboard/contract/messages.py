@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -26,14 +25,6 @@ Add, Reset, SetCount = (
 
 
 class MessagesContract(Contract):
-    @pytest.fixture
-    def reader(self, pair: BoardPair) -> Any:
-        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
-
-    @pytest.fixture
-    def writer(self, pair: BoardPair, reader: Any) -> Any:
-        return pair.far.open_for_writing(SampleInterface, "a", owner="w")
-
     def test_queued_message_has_id_sender_and_time(self, pair, reader, writer):
         message = Add(3, 4)
         assert (message.id, message.sender_id, message.enqueued) == (0, None, False)

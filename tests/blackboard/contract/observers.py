@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import pytest
-
 from cxbridge.blackboard import Observer
-from tests.blackboard.contract import BoardPair, Contract
+from tests.blackboard.contract import Contract
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
 
@@ -15,10 +11,6 @@ A = "SampleInterface::a"
 
 
 class ObserversContract(Contract):
-    @pytest.fixture
-    def reader(self, pair: BoardPair) -> Any:
-        return pair.near.open_for_reading(SampleInterface, "a", owner="r")
-
     def test_observer_gets_events_of_matching_interfaces(self, pair):
         everything, some = Recorder(), Recorder()
         pair.near.register_observer(everything)
