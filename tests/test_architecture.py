@@ -292,3 +292,35 @@ def test_lists_of_words_are_derived_from_one_table(word: str, table: str) -> Non
     """A second list of the words of formulas, or of the types of fields, would lack the next kind."""
     files = [file for file in module_files().values() if f'"{word}"' in file.read_text(encoding="utf-8")]
     assert files == [PACKAGE / table]
+
+
+def raised_errors(tree: ast.AST) -> Iterator[str]:
+    """Yield the classes of the errors that a function raises; functions inside it do not count."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+            yield ast.unparse(node.exc.func).rpartition(".")[2]
+        elif not isinstance(node, ast.FunctionDef | ast.Lambda):
+            yield from raised_errors(node)
+
+
+def test_docstring_with_raises_names_each_raised_error():
+    """The docstring names the class of each error that the function itself raises, or a base class."""
+    trees = [(path, ast.parse(path.read_text())) for path in module_files().values()]
+    bases = {
+        node.name: {ast.unparse(base) for base in node.bases}
+        for _, tree in trees
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    }
+
+    def with_bases(name: str) -> set[str]:
+        return {name}.union(*map(with_bases, bases.get(name, ())))
+
+    assert [
+        f"{path.relative_to(ROOT)}:{function.lineno}: {name}"
+        for path, tree in trees
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef) and ":raises" in (doc := ast.get_docstring(function) or "")
+        for name in raised_errors(function)
+        if name[0].isupper() and with_bases(name).isdisjoint(re.findall(r"\w+", doc))
+    ] == []

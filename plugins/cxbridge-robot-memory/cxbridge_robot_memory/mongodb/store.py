@@ -178,6 +178,8 @@ class MongoStore(Store):
         """Provide a collection, and convert the errors of pymongo.
 
         :raises UnreachableError: at once for some time after a failed connection.
+        :raises QueryError: if the values of the query cannot be encoded.
+        :raises RobotMemoryError: for each error of the database.
         """
         database, name = split_name(collection)
         client = self._distributed_client if database in self._shared_databases else self._local_client
