@@ -131,7 +131,7 @@ def read_nodes(text: str, *, close: bool = False) -> list[SyntaxNode]:
     return stack[0][1]
 
 
-def one_line(text: str) -> str:
+def compact(text: str) -> str:
     """Return CLIPS text on one line, without comments and superfluous blanks."""
     tokens: list[str] = []
     for match in TOKEN.finditer(text):

@@ -10,8 +10,8 @@ from cxbridge.clipstext.syntax import (
     TOKEN,
     Lines,
     blank,
+    compact,
     definitions,
-    one_line,
     read_nodes,
     rule_lines,
     top_level_lists,
@@ -55,7 +55,7 @@ def test_a_string_that_never_closes_goes_on_to_the_end(text):
 
 
 def test_text_on_one_line():
-    assert one_line('( a ; comment\n  "b  c"\n  (d )\n)') == '(a "b  c" (d))'
+    assert compact('( a ; comment\n  "b  c"\n  (d )\n)') == '(a "b  c" (d))'
 
 
 def test_constructs_of_a_file():

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, one_line, read_nodes
+from cxbridge.clipstext.syntax import SyntaxNode, compact, read_nodes
 from cxbridge.config.documents import Mark
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.properties.monitor import Monitor, Property, Scene
@@ -106,7 +106,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     if body.count("(") != body.count(")"):
         raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
     reader = _FormReader(text.strip(), read_nodes(body), mark)
-    name = match[1] if match else one_line(body)
+    name = match[1] if match else compact(body)
     keyword = reader.read_word()
     make_monitor: Callable[[Scene], Monitor]
     if keyword not in _FORM_WORDS:
@@ -131,4 +131,4 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
             f"'{keyword}' cannot have a time limit: {text.strip()}",
             f"the form is: {FORMS[_FORM_WORDS.index(keyword)]}",
         )
-    return Property(name, make_monitor, one_line(body), one_line(text))
+    return Property(name, make_monitor, compact(body), compact(text))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, one_line
+from cxbridge.clipstext.syntax import SyntaxNode, compact
 from cxbridge.clipstext.values import FALSE, value_text
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import did_you_mean
@@ -50,7 +50,7 @@ class ConditionPattern:
     @property
     def text(self) -> str:
         """The elements as one line of text."""
-        return " ".join(one_line(node.text) for node in self.elements)
+        return " ".join(compact(node.text) for node in self.elements)
 
     @property
     def requires_absence(self) -> bool:

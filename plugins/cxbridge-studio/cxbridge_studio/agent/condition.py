@@ -11,7 +11,7 @@ from math import inf
 
 from msgspec import Struct
 
-from cxbridge.clipstext.syntax import SyntaxNode, literal, one_line
+from cxbridge.clipstext.syntax import SyntaxNode, compact, literal
 
 # A local variable. In CLIPS 6.4 a slot may follow, as in `?fact:slot`.
 _VARIABLE = re.compile(r"\$?\?([A-Za-z_][^\s:]*)(?::.*)?\Z")
@@ -145,7 +145,7 @@ class PatternCE(Struct, frozen=True, dict=True):
     @cached_property
     def text(self) -> str:
         """The CE on one line."""
-        text = one_line(self.node.text)
+        text = compact(self.node.text)
         return f"?{self.variable} <- {text}" if self.variable else text
 
     @cached_property
@@ -240,7 +240,7 @@ class TestCE(Struct, frozen=True, dict=True):
     @cached_property
     def text(self) -> str:
         """The CE on one line."""
-        return one_line(self.node.text)
+        return compact(self.node.text)
 
     @cached_property
     def used_variables(self) -> frozenset[str]:
@@ -262,7 +262,7 @@ class GroupCE(Struct, frozen=True, dict=True):
     @cached_property
     def text(self) -> str:
         """The CE on one line."""
-        return one_line(" ".join(node.text for node in self.nodes))
+        return compact(" ".join(node.text for node in self.nodes))
 
 
 CE = PatternCE | TestCE | GroupCE
@@ -354,7 +354,7 @@ def parse_field_constraints(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldCons
 
 def _make_field_constraint(nodes: list[SyntaxNode]) -> FieldConstraint:
     """Return the constraint that the nodes of a field express."""
-    text = one_line("".join(node.text for node in nodes))
+    text = compact("".join(node.text for node in nodes))
     first_text, *next_texts = (node.text for node in nodes[:2])
     is_variable = first_text.startswith(("?", "$?")) and not _GLOBAL.match(first_text)
     # `?x|red` does not bind ?x, but compares the field with its value.

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.syntax import SyntaxNode, one_line, read_nodes, without_module
+from cxbridge.clipstext.syntax import SyntaxNode, compact, read_nodes, without_module
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import CE, PatternCE, parse_elements, split_rule
 
@@ -82,7 +82,7 @@ def parse_rule(text: str) -> Condition:
         ces = tuple(parse_elements(condition))
     except RecursionError:
         raise ClipsError(f"the condition of {name} is nested too deeply") from None
-    salience = one_line(saliences[-1].text) if saliences else ""
+    salience = compact(saliences[-1].text) if saliences else ""
     return Condition(name, salience, ces, find_called_names(condition), find_global_names(condition))
 
 

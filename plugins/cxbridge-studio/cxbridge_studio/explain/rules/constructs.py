@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.syntax import Definition, definitions, one_line
+from cxbridge.clipstext.syntax import Definition, compact, definitions
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.facts.copying import FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
@@ -86,7 +86,7 @@ class Constructs:
                 arguments = node.arguments
                 for variable, sign, expression in zip(arguments, arguments[1:], arguments[2:], strict=False):
                     if sign.text == "=":
-                        self._globals[variable.text.strip("?*")] = one_line(expression.text)
+                        self._globals[variable.text.strip("?*")] = compact(expression.text)
 
     def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts.

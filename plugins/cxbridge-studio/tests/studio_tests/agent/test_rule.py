@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.clipstext.syntax import one_line, read_nodes
+from cxbridge.clipstext.syntax import compact, read_nodes
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent import condition
 from cxbridge_studio.agent.condition import GroupCE, PatternCE
@@ -85,7 +85,7 @@ PIECES = st.lists(st.sampled_from([*WORDS.split(" "), " ", "\n", "(deftemplate t
 def test_arbitrary_text_is_read_without_fault(text):
     for node in read_nodes(text):
         assert text[node.start : node.end] == node.text
-    one_line(text)
+    compact(text)
     with suppress(ClipsError):
         parse_rule(text)
     with suppress(ClipsError):
@@ -93,7 +93,7 @@ def test_arbitrary_text_is_read_without_fault(text):
 
 
 def test_deep_nesting_is_an_error():
-    assert one_line(read_nodes("(" * 5000 + ")" * 5000)[0].text).startswith("((((")
+    assert compact(read_nodes("(" * 5000 + ")" * 5000)[0].text).startswith("((((")
     with pytest.raises(ClipsError, match="nested too deep"):
         parse_rule(f"(defrule r {'(and ' * 5000}{')' * 5000} =>)")
 
