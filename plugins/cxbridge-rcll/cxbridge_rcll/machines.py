@@ -20,7 +20,9 @@ BELT_END_S: Final = 2.656
 DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by the number of the gate, which counts from 1
 
 # gets the name of a machine, the changed sensor, and its value: a truth value of `BUSY` or `READY`, or the
-# number of bases of `SLIDE-COUNTER`
+# number of bases of `SLIDE-COUNTER`. `BUSY`: the machine has a task; `READY`: an end of the belt has a
+# workpiece. The referee's rules wait for each change: a task ends with `BUSY` false, a machine at whose
+# output a workpiece waits is free after `READY` false.
 ReportSensor = Callable[[str, str, int], None]
 
 
@@ -77,6 +79,7 @@ class Machine:
     # -- tasks of the referee
 
     def add_task(self, task: Task) -> None:
+        # as the mockup machines report it: before the task starts, which may wait for a workpiece
         self._report(self.name, "BUSY", True)
         self._tasks.append(task)
 
