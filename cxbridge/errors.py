@@ -11,7 +11,7 @@
     ├── ExecutiveError
     │    ├── ClipsError          CLIPS refused a construct, a command or a value
     │    ├── PddlError           a PDDL text does not parse or does not make sense
-    │    └── ProtobufError       a protobuf message, frame or type is wrong, or the package for it is missing
+    │    └── ProtobufError       a protobuf message, frame or type is wrong, or a package for it is missing
     ├── SkillerError
     │    └── SkillError          a skill cannot be loaded or run
     ├── TransformError           the transform between two frames is unknown (subclasses: space.tf.errors)
@@ -19,8 +19,9 @@
     ├── Ros2Error                a definition, a message or a peer of ROS 2 is wrong
     └── TraceError               a recorded run cannot be read or written
 
-Each mistake of a user raises a :class:`CxbridgeError`. The command line prints the error without traceback
-and exits with :attr:`CxbridgeError.exit_status`.
+Other modules define further subclasses, such as :class:`cxbridge.plugins.PluginError`. Each mistake of a user
+raises a :class:`CxbridgeError`. The command line prints the error without traceback and exits with
+:attr:`CxbridgeError.exit_status`.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ class ClipsError(ExecutiveError):
 
 
 class ProtobufError(ExecutiveError):
-    """A protobuf message, frame or type is wrong, or a package that handles it is missing."""
+    """A protobuf message, frame or type is wrong, or a package for it is missing."""
 
 
 class PddlError(ExecutiveError):

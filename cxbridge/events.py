@@ -186,7 +186,10 @@ class PlanActionTransition(Event, frozen=True):
 
 
 class SkillStatus(Event, frozen=True):
-    """The state of a Skiller as the executive reads it, one event per new SkillerInterface fact."""
+    """The state of a Skiller: an event per new SkillerInterface fact of an executive, or per recorded write.
+
+    :param msgid: the id of the message with the skill string; 0 if the Skiller processes none.
+    """
 
     KIND = EventDescription(
         "skill",
@@ -256,7 +259,7 @@ class PlannerCall(Event, frozen=True):
     """A planner was called, or has ended.
 
     :param env: the name of the CLIPS environment.
-    :param call: the id of the call, equal in both events; empty if the call failed.
+    :param call: the id of the call, equal in both events; empty if the call could not start.
     :param goal: the id of the goal, ``nil`` for none.
     :param planner: the name of the planner; ``auto`` before cxbridge has chosen a planner.
     :param domain: the name of the PDDL domain; empty without a domain.
@@ -345,7 +348,7 @@ class SourceRead(Event, frozen=True):
 
 
 Sink = Callable[[Event], None]
-"""A function that gets events in order, in the thread of the producer."""
+"""A function that gets the events of each producer in order, in the producer's thread."""
 
 
 class EventBus:
@@ -356,32 +359,34 @@ class EventBus:
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
-        self._sinks: list[tuple[frozenset[type[Event]], Sink]] = []
+        self._subscriptions: list[tuple[frozenset[type[Event]], Sink]] = []
         self._wanted_types: set[type] = set()
         self._sinks_by_type: dict[type[Event], tuple[Sink, ...]] = {}
         self._lock = threading.Lock()
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
-        """Pass all further events of these types to ``sink``."""
+        """Pass all further events of exactly these types to ``sink``, not those of derived types."""
         # a new list and new tables instead of changed ones: emit reads them without the lock, in any thread
         with self._lock:
-            self._sinks = [*self._sinks, (frozenset(event_types), sink)]
-            self._index_sinks()
+            self._subscriptions = [*self._subscriptions, (frozenset(event_types), sink)]
+            self._index_subscriptions()
 
     def unsubscribe(self, sink: Sink) -> None:
         """Stop passing events to ``sink``."""
         with self._lock:
-            self._sinks = [(types, other_sink) for types, other_sink in self._sinks if other_sink != sink]
-            self._index_sinks()
+            self._subscriptions = [
+                (types, other_sink) for types, other_sink in self._subscriptions if other_sink != sink
+            ]
+            self._index_subscriptions()
 
-    def _index_sinks(self) -> None:
+    def _index_subscriptions(self) -> None:
         """Compute the tables for :meth:`wants` and :meth:`emit`."""
-        event_types = frozenset().union(*(types for types, _ in self._sinks))
+        event_types = frozenset().union(*(types for types, _ in self._subscriptions))
         # producers ask for base classes, too, e.g. for Publication before they choose a subclass
         self._wanted_types = {base for event_type in event_types for base in event_type.__mro__}
         # a dictionary by exact type, because every rule firing and every fact passes here
         self._sinks_by_type = {
-            event_type: tuple(sink for types, sink in self._sinks if event_type in types)
+            event_type: tuple(sink for types, sink in self._subscriptions if event_type in types)
             for event_type in event_types
         }
 

@@ -19,7 +19,7 @@ from cxbridge.run.rights import read_rights
 from cxbridge.suggestions import did_you_mean
 
 TREE = "/cxbridge"
-"""The path of the settings."""
+"""The path of the settings in the configuration."""
 
 KEYS = (
     "clock",
@@ -157,22 +157,25 @@ def _read_choice(
 
 
 def read_core(config: Configuration) -> str | None:
-    """Return the configured CX core; None: the checkout's core, or cxbridge's own without a checkout."""
+    """Return the configured CX core; None: the checkout's core, or cxbridge's own without a checkout.
+
+    :raises ConfigError: if the setting names another core.
+    """
     return _read_choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
 def _refuse_unknown_settings(config: Configuration) -> None:
-    """Raise an error for unknown settings, because a misspelt setting would have no effect."""
+    """Raise :class:`ConfigError` for unknown settings, because a misspelt setting would have no effect."""
     keys = (*KEYS, *list_plugin_keys())
-    for value in config.search(TREE):
-        name = value.path.removeprefix(f"{TREE}/")
+    for setting in config.search(TREE):
+        name = setting.path.removeprefix(f"{TREE}/")
         # agents/ are the agents of a scenario, of which a daemon runs one
         if name not in keys and not name.startswith("agents/"):
             section, _, key = name.partition("/")
             hint = package_hint(section)
-            if hint and key == "enable" and value.text == "false":
+            if hint and key == "enable" and setting.text == "false":
                 continue  # a server of an absent plug-in that is off
-            raise value.error(
-                f"{value.path} is not a setting of a daemon",
+            raise setting.error(
+                f"{setting.path} is not a setting of a daemon",
                 hint=hint or did_you_mean(name, keys, f"known: {', '.join(sorted(keys))}"),
             )

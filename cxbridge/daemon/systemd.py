@@ -1,4 +1,4 @@
-"""Notifications of systemd about the state of a service."""
+"""Notifications to systemd about the state of a service."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge.printing import one_line
 
 
 class SystemdNotifier:
-    """Reports the state of a service to the service manager by sd_notify(3), datagrams to a socket.
+    """Reports the state of a service to the service manager: as sd_notify(3) does, in datagrams to a socket.
 
     :param address: the path of the socket; by default the variable ``NOTIFY_SOCKET`` of the environment,
         without which nothing is sent.
@@ -23,6 +23,7 @@ class SystemdNotifier:
 
     def report_ready(self, status: str) -> None:
         """Report readiness with a status text."""
+        # a line break in the status would begin another assignment, e.g. of MAINPID
         self._send(f"READY=1\nSTATUS={one_line(status)}")
 
     def report_status(self, text: str) -> None:
@@ -37,12 +38,12 @@ class SystemdNotifier:
         """Report that the process is stopping."""
         self._send("STOPPING=1")
 
-    def _send(self, text: str) -> None:
-        if self._address and hasattr(socket, "AF_UNIX"):
+    def _send(self, assignments: str) -> None:
+        if self._address and hasattr(socket, "AF_UNIX"):  # Windows lacks it
             # the daemon must also work if systemd does not receive the notification
             with (
                 contextlib.suppress(OSError),
                 socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender,
             ):
                 sender.setblocking(False)  # a full queue of the receiver must not block the daemon
-                sender.sendto(text.encode(), self._address)
+                sender.sendto(assignments.encode(), self._address)

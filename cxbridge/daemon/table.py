@@ -13,6 +13,8 @@ _PACKAGE = "cxbridge.daemon"
 
 
 class _DaemonContext(Protocol):
+    """The part of a daemon that the conditions below read."""
+
     settings: DaemonSettings
 
 

@@ -32,13 +32,15 @@ from cxbridge.trace.replay.replayed_writes import (
 )
 
 DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
-"""The ends of a replay."""
+"""The ends of a replay: the recording has ended, the replay was stopped, or the connection is lost."""
 
 
 @dataclass(slots=True)
 class ReplayReport:
     """The result of a replay.
 
+    :ivar run: the path of the recording.
+    :ivar url: the URL of the blackboard.
     :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
     :ivar seconds: the duration in real time.
     :ivar round_count: the number of started rounds.
@@ -82,12 +84,15 @@ def replay(
     on_ready: ReadyCallback = do_nothing,
     on_progress: Callable[[ReplayReport], None] = do_nothing,
 ) -> ReplayReport:
-    """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
+    """Replay a recording once or, with ``loop``, in rounds.
+
+    SIGINT, SIGTERM, SIGHUP and the loss of the connection end the replay early.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
     :param on_progress: called with the present result several times a second during waits, and at the end.
-    :raises CxbridgeError: if the recording has no selected write, or the blackboard refuses the replay.
+    :raises CxbridgeError: if a pattern is invalid, the recording cannot be read or has no selected write, no
+        server answers at the URL, or the blackboard refuses the replay.
     """
     registry = InterfaceRegistry(options.interface_dirs)
     selection = ReplaySelection(tuple(map(Pattern.parse, options.patterns)), options.start_s, options.end_s)
@@ -113,7 +118,7 @@ class _ReplaySession:
     """A replay with opened interfaces.
 
     :param report: updated during the replay.
-    :param stop: set when the replay is to end, or the connection is lost.
+    :param stop_event: set when the replay is to end, or the connection is lost.
     :param on_progress: called with the report several times a second during waits, and at the end.
     """
 
@@ -123,11 +128,11 @@ class _ReplaySession:
         board: BlackBoard,
         player: ReplayPlayer,
         report: ReplayReport,
-        stop: threading.Event,
+        stop_event: threading.Event,
         on_progress: Callable[[ReplayReport], None],
     ) -> None:
         self._options, self._board, self._player, self._report = options, board, player, report
-        self._stop_event, self._on_progress = stop, on_progress
+        self._stop_event, self._on_progress = stop_event, on_progress
         self._is_connection_lost = False
         self._start_s = time.monotonic()
         board.add_connection_callback(self._handle_connection_change)
@@ -186,6 +191,7 @@ def _check_has_writes(run: Run, survey: ReplaySurvey) -> None:
 def add_attached_types(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:
     """Add unknown interface types that are attached to the run as ``<Type>.xml`` to a registry.
 
+    :param uids: ``Type::id`` of the interfaces that need their types.
     :raises InterfaceDefinitionError: if such a file is invalid.
     """
     missing_types = {

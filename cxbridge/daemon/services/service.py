@@ -40,7 +40,7 @@ def format_write_counts(counts_by_uid: Mapping[str, int]) -> str:
 class Service(ExitStack):
     """The common parts of a service; a context manager that closes the entered contexts in reverse order.
 
-    SIGINT, SIGTERM and SIGHUP set `stopped`, even before the first blackboard is opened.
+    SIGINT, SIGTERM and SIGHUP set ``stopped``, even before the first blackboard is opened.
 
     :param console: gets the log lines.
     :param on_ready: called by :meth:`report_ready`.
@@ -57,7 +57,7 @@ class Service(ExitStack):
         self.bus = self.make_bus()
 
     def make_bus(self) -> EventBus:
-        """Return a bus whose log lines go to the console."""
+        """Return a new bus whose log lines go to the console, if the service has one."""
         bus = EventBus(self.clock)
         if self._console is not None:
             bus.subscribe(self._console, LogLine)
@@ -69,14 +69,17 @@ class Service(ExitStack):
         return self
 
     def __exit__(
-        self, error_type: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
     ) -> bool | None:
         if self._is_ready:  # for systemd a failed start must not look like a requested stop
             self._notifier.report_stopping()
-        return super().__exit__(error_type, error, trace)
+        return super().__exit__(error_type, error, traceback)
 
     def open_blackboard(self, url: str, registry: InterfaceRegistry) -> BlackBoard:
-        """Return the blackboard at a URL, which is closed at the end.
+        """Open the blackboard at a URL; the service closes the blackboard on exit.
 
         :raises CxbridgeError: if no server answers, or the URL is invalid.
         """

@@ -26,8 +26,6 @@ class SkillerExecutor(SkillExecutor):
 
     Only calls of skills with literal arguments are sent. Settings: ``url`` of the blackboard with the
     Skiller, and ``skiller``, its id.
-
-    :raises ConfigError: on a virtual clock, which would not wait for the Skiller.
     """
 
     known_settings: ClassVar[tuple[str, ...]] = ("url", "skiller")
@@ -35,13 +33,25 @@ class SkillerExecutor(SkillExecutor):
     """The default of the setting ``url``."""
 
     def start(self) -> None:
+        """Open the blackboard with the Skiller.
+
+        :raises ConfigError: on a virtual clock, which would not wait for the Skiller, or if the setting
+            ``url`` is not a text.
+        :raises BlackBoardError: if the URL is invalid, or no server replies.
+        """
         self._remote_board: BlackBoard | None = None
         if self.clock.is_virtual:
             raise ConfigError("a Skiller in another process needs the real clock", hint="add --clock real")
         self._remote_board = open_blackboard(self.setting("url", self.url), InterfaceRegistry(), self.clock)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Acquire control, send the skill string and wait for its end; stop it if the skill is cancelled."""
+        """Acquire control, send the skill string and wait until it ends.
+
+        Cancelling the skill stops the skill string.
+
+        :raises SkillFailedError: if the action has no skill string or an invalid one, control is
+            refused, the connection is lost, or the skill string fails.
+        """
         skill_string = str(call.get(MAPPED_ACTION, ""))
         if not skill_string:
             raise SkillFailedError(f"no skill is mapped to {call.skill}: see action-mapping")
@@ -50,11 +60,11 @@ class SkillerExecutor(SkillExecutor):
             parse_skill_string(skill_string)
         except SkillError as error:
             raise SkillFailedError(f"'{skill_string}' is not sent: {error.message}") from error
-        assert self._remote_board is not None
+        assert self._remote_board is not None  # start() has opened it
         yield Progress(0.0, skill_string)
         try:
-            with SkillerCall(self._remote_board, skiller=self.setting("skiller", "Skiller")) as skill:
-                result = yield from skill.poll(skill_string)
+            with SkillerCall(self._remote_board, skiller=self.setting("skiller", "Skiller")) as skiller_call:
+                result = yield from skiller_call.poll(skill_string)
         except CxbridgeError as error:
             raise SkillFailedError(error.message) from error
         if result.outcome is not CallOutcome.FINAL:

@@ -1,4 +1,4 @@
-;;; Commands that read the blackboard at each time fact.
+;;; Commands that enable reading the blackboard at each time fact, and load templates of interfaces.
 
 (blackboard-enable-time-read)
 (unwatch rules blackboard-read)  ; which fires at each time fact

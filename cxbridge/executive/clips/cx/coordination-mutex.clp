@@ -13,11 +13,13 @@
 ; further requests. The state follows the trigger events of the collection in the
 ; robot memory; other rules must not set the state.
 ;
-; The locks of this robot are renewed periodically, and locks of robots that have
-; stopped expire (/config/coordination/mutex: renew-interval, max-age-sec).
+; The locks of this robot are renewed periodically, so that a lock grows old only if its
+; robot has stopped renewing it. (mutex-expire-locks-async) releases old locks
+; (/config/coordination/mutex: renew-interval, max-age-sec).
 ;
-; Needs cx-identity.clp, worldmodel.clp and the feature robot_memory. The rules have Fawkes' names, as do
-; the templates, and the functions that are not internal.
+; Needs cx-identity.clp, worldmodel.clp and the feature robot_memory. The rules except
+; mutex-renew-lock-op-cleanup have Fawkes' names, as do the templates, and the functions that are not
+; internal.
 
 (defglobal
   ; the collection of mutexes; must be the collection that is configured for the robot memory below
@@ -28,7 +30,7 @@
 (deftemplate mutex
   "A mutex: its state in the robot memory, and the request of this robot."
   (slot name (type SYMBOL))
-  ; --- the request
+  ; --- the request; as in Fawkes, no rule carries out CREATE or FLUSH-LOCKS
   (slot request
     (type SYMBOL)
     (allowed-values NONE LOCK UNLOCK CREATE FLUSH-LOCKS RENEW-LOCK))
@@ -55,7 +57,7 @@
 )
 
 (deftemplate mutex-global-data
-  "Exists while the trigger is registered."
+  "The registered trigger; the fact exists while the trigger is registered."
   (slot trigger-ptr (type EXTERNAL-ADDRESS))
 )
 
@@ -76,8 +78,9 @@
 
 (deffunction mutex-try-lock-async (?name $?opt-auto-renew)
   "Request the lock of the mutex ?name, which is created if it does not exist. The
-   request is rejected if the mutex is locked, even by this robot. The lock is renewed
-   periodically, unless FALSE follows the name."
+   request is rejected if the mutex is locked, even by this robot. The slot auto-renew gets
+   the optional second argument, or else TRUE; as in Fawkes, no rule reads the slot, and
+   all locks are renewed periodically."
   (bind ?auto-renew (if (> (length$ ?opt-auto-renew) 0) then (nth$ 1 ?opt-auto-renew) else TRUE))
   (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
     (assert (mutex (name ?name) (request LOCK) (auto-renew ?auto-renew)))
@@ -269,35 +272,36 @@
 ; *** LOCK ***
 
 (defrule mutex-lock-start
-  ?m <- (mutex (name ?name) (state OPEN|UNKNOWN) (request LOCK) (response NONE))
+  ?mutex <- (mutex (name ?name) (state OPEN|UNKNOWN) (request LOCK) (response NONE))
   (mutex-global-data)
   =>
   (printout t "Requesting lock " ?name crlf)
-  (modify ?m (response PENDING))
+  (modify ?mutex (response PENDING))
   (robmem-mutex-try-lock-async (str-cat ?name) (cx-identity))
 )
 
 (defrule mutex-lock-invalid
-  ?m <- (mutex (state LOCKED) (locked-by ?owner) (request LOCK) (response NONE))
+  ?mutex <- (mutex (state LOCKED) (locked-by ?owner) (request LOCK) (response NONE))
   =>
-  (mutex-error ?m LOCK ERROR "Mutex already locked by " ?owner)
+  (mutex-error ?mutex LOCK ERROR "Mutex already locked by " ?owner)
 )
 
 (defrule mutex-lock-rejected
   "Another robot has acquired the lock."
-  ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
-               (request LOCK) (response PENDING))
+  ?mutex <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+                   (request LOCK) (response PENDING))
   =>
-  (mutex-error ?m LOCK REJECTED "Lock held by " ?owner)
+  (mutex-error ?mutex LOCK REJECTED "Lock held by " ?owner)
 )
 
 (defrule mutex-lock-op-failed
-  "Another robot has acquired the lock, and the event with its name has not arrived yet."
+  "The robot memory has not granted the lock. Most likely another robot has it, and the event with the name
+   of that robot has not arrived yet."
   ?answer <- (mutex-op-feedback try-lock-async FAIL ?name)
-  ?m <- (mutex (name ?name) (request LOCK) (response PENDING))
+  ?mutex <- (mutex (name ?name) (request LOCK) (response PENDING))
   =>
   (retract ?answer)
-  (modify ?m (state LOCKED) (locked-by "unknown")
+  (modify ?mutex (state LOCKED) (locked-by "unknown")
              (response REJECTED) (error-msg "Lock held by 'unknown'"))
 )
 
@@ -312,64 +316,64 @@
 ; *** UNLOCK ***
 
 (defrule mutex-unlock-start
-  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
-               (request UNLOCK) (response NONE))
+  ?mutex <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
+                   (request UNLOCK) (response NONE))
   (mutex-global-data)
   =>
   (printout t "Requesting unlock " ?name crlf)
-  (modify ?m (response PENDING))
+  (modify ?mutex (response PENDING))
   (robmem-mutex-unlock-async (str-cat ?name) (cx-identity))
 )
 
 (defrule mutex-unlock-invalid
-  ?m <- (mutex (state LOCKED|UNKNOWN) (locked-by ?owner&:(neq ?owner (cx-identity)))
-               (request UNLOCK) (response NONE))
+  ?mutex <- (mutex (state LOCKED|UNKNOWN) (locked-by ?owner&:(neq ?owner (cx-identity)))
+                   (request UNLOCK) (response NONE))
   =>
-  (mutex-error ?m UNLOCK ERROR "Locked by " ?owner " (and not by us)")
+  (mutex-error ?mutex UNLOCK ERROR "Locked by " ?owner " (and not by us)")
 )
 
 (defrule mutex-unlock-succeeded-already-reacquired
   "The mutex was released, and another robot has acquired it already."
-  ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
-               (request UNLOCK) (response PENDING))
+  ?mutex <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+                   (request UNLOCK) (response PENDING))
   =>
-  (modify ?m (response UNLOCKED))
+  (modify ?mutex (response UNLOCKED))
 )
 
 ; *** RENEW-LOCK, on request ***
 
 (defrule mutex-renew-lock-start
-  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
-               (request RENEW-LOCK) (response NONE))
+  ?mutex <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
+                   (request RENEW-LOCK) (response NONE))
   (mutex-global-data)
   =>
   (printout debug "Renewing lock " ?name crlf)
-  (modify ?m (response PENDING))
+  (modify ?mutex (response PENDING))
   (robmem-mutex-renew-lock-async (str-cat ?name) (cx-identity))
 )
 
 (defrule mutex-renew-lock-invalid-not-locked
-  ?m <- (mutex (state OPEN) (request RENEW-LOCK) (response NONE)
-               (pending-requests $?pending&:(not (member$ AUTO-RENEW-PROC ?pending))))
+  ?mutex <- (mutex (state OPEN) (request RENEW-LOCK) (response NONE)
+                   (pending-requests $?pending&:(not (member$ AUTO-RENEW-PROC ?pending))))
   =>
-  (mutex-error ?m RENEW-LOCK ERROR "Mutex is not locked")
+  (mutex-error ?mutex RENEW-LOCK ERROR "Mutex is not locked")
 )
 
 (defrule mutex-renew-lock-invalid-foreign-lock
-  ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
-               (request RENEW-LOCK) (response NONE)
-               (pending-requests $?pending&:(not (member$ AUTO-RENEW-PROC ?pending))))
+  ?mutex <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+                   (request RENEW-LOCK) (response NONE)
+                   (pending-requests $?pending&:(not (member$ AUTO-RENEW-PROC ?pending))))
   =>
-  (mutex-error ?m RENEW-LOCK ERROR
+  (mutex-error ?mutex RENEW-LOCK ERROR
                "Mutex locked by " ?owner " (not '" (cx-identity) "')")
 )
 
 (defrule mutex-renew-lock-op-failed
   ?answer <- (mutex-op-feedback renew-lock-async FAIL ?name)
-  ?m <- (mutex (name ?name) (request RENEW-LOCK) (response PENDING))
+  ?mutex <- (mutex (name ?name) (request RENEW-LOCK) (response PENDING))
   =>
   (retract ?answer)
-  (mutex-error ?m RENEW-LOCK REJECTED "Renewing the lock failed")
+  (mutex-error ?mutex RENEW-LOCK REJECTED "Renewing the lock failed")
 )
 
 (defrule mutex-renew-lock-op-cleanup
@@ -392,61 +396,61 @@
 (defrule mutex-lock-auto-renew
   "Checked at each tick (the time fact). Lock times are system times in whole milliseconds, as the robot
    memory stores them, so the present system time counts, not the time fact, which may be simulated."
-  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
-               (request NONE) (pending-requests) (lock-time $?locked))
+  ?mutex <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
+                   (request NONE) (pending-requests) (lock-time $?locked))
   (wm-fact (id "/config/coordination/mutex/renew-interval")
            (type FLOAT|UINT|INT) (value ?interval))
   (time $?)
   (test (timeout (time-trunc-ms (now-systime)) ?locked ?interval))
   =>
   (printout debug "Automatic renewal of lock for mutex " ?name crlf)
-  (modify ?m (request RENEW-LOCK) (response NONE) (pending-requests AUTO-RENEW-PROC))
+  (modify ?mutex (request RENEW-LOCK) (response NONE) (pending-requests AUTO-RENEW-PROC))
 )
 
 (defrule mutex-lock-auto-renew-done
-  ?m <- (mutex (name ?name) (state LOCKED) (request RENEW-LOCK) (response ACQUIRED)
-               (pending-requests AUTO-RENEW-PROC $?pending))
+  ?mutex <- (mutex (name ?name) (state LOCKED) (request RENEW-LOCK) (response ACQUIRED)
+                   (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout debug "Automatic renewal of lock for mutex " ?name " completed" crlf)
-  (mutex-renew-finished ?m ?pending)
+  (mutex-renew-finished ?mutex ?pending)
 )
 
 (defrule mutex-lock-auto-renew-failed
-  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner)
-               (request RENEW-LOCK) (response REJECTED)
-               (pending-requests AUTO-RENEW-PROC $?pending))
+  ?mutex <- (mutex (name ?name) (state LOCKED) (locked-by ?owner)
+                   (request RENEW-LOCK) (response REJECTED)
+                   (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout error "Renewing lock for mutex " ?name " failed. LOST LOCK!" crlf)
   ; this robot must not count as the owner any more
   (if (eq ?owner (cx-identity)) then (bind ?owner "lost"))
-  (modify ?m (locked-by ?owner) (request NONE) (response NONE) (pending-requests ?pending))
+  (modify ?mutex (locked-by ?owner) (request NONE) (response NONE) (pending-requests ?pending))
 )
 
 (defrule mutex-lock-auto-renew-lock-open
-  ?m <- (mutex (name ?name) (state OPEN) (request RENEW-LOCK)
-               (pending-requests AUTO-RENEW-PROC $?pending))
+  ?mutex <- (mutex (name ?name) (state OPEN) (request RENEW-LOCK)
+                   (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout error "Received response to renewal request for " ?name
                   " but lock has expired in the meantime. " crlf)
-  (mutex-renew-finished ?m ?pending)
+  (mutex-renew-finished ?mutex ?pending)
 )
 
 (defrule mutex-lock-auto-renew-locked-by-other-entity
-  ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
-               (request RENEW-LOCK) (response ~REJECTED)
-               (pending-requests AUTO-RENEW-PROC $?pending))
+  ?mutex <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
+                   (request RENEW-LOCK) (response ~REJECTED)
+                   (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout error "Received response to renewal request for " ?name
                   " but lock is locked by " ?owner ". " crlf)
-  (mutex-renew-finished ?m ?pending)
+  (mutex-renew-finished ?mutex ?pending)
 )
 
 (defrule mutex-run-pending-request
   "Carry out a request made during a renewal."
-  ?m <- (mutex (name ?name) (request NONE) (pending-requests ?next $?later))
+  ?mutex <- (mutex (name ?name) (request NONE) (pending-requests ?next $?later))
   =>
   (printout t "Run pending request for mutex " ?name ": " ?next crlf)
-  (modify ?m (request ?next) (response NONE) (pending-requests ?later))
+  (modify ?mutex (request ?next) (response NONE) (pending-requests ?later))
 )
 
 ; *** Expiry ***

@@ -29,7 +29,8 @@
 
 (deffunction domain-effects-met
   "The effects (fact addresses of domain-effects) that are not conditional, or whose condition is
-   satisfied. ?conditional and ?met are names of effects."
+   satisfied. ?conditional are the names of all conditional effects, ?met of those whose condition is
+   satisfied."
   (?effects ?conditional ?met)
   (if (= (length$ ?conditional) 0) then (return ?effects))
   (bind ?applicable (create$))
@@ -47,8 +48,8 @@
     (fact-slot-value ?action param-names) (fact-slot-value ?action param-values))))
 
 (deffunction domain-action-await-effects
-  "Assert the sensed effects as pending, and let the action wait for them; without sensed effects,
-   the action has nothing to wait for."
+  "Assert the sensed effects as pending, and let the action wait for them (SENSED-EFFECTS-WAIT); an
+   action without sensed effects continues with SENSED-EFFECTS-HOLD."
   (?action ?effects)
   (progn$ (?effect ?effects)
     (assert (domain-pending-sensed-fact

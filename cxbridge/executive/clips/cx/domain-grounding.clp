@@ -240,8 +240,9 @@
 
 ; --- clean-up
 ;
-; Rules and functions retract a pddl-grounding only; domain-grounding-cleanup then retracts its grounded
-; trees, and domain-grounding-cleanup-action removes its id from actions, which may be grounded again.
+; The rules below, and domain-wipe, retract only the pddl-grounding; domain-grounding-cleanup then retracts
+; its grounded trees, and domain-grounding-cleanup-action removes its id from actions, which may be grounded
+; again.
 
 (defrule domain-grounding-of-finished-action
   "A finished action needs no grounding; domain-grounding-without-action retracts the former one."

@@ -7,7 +7,8 @@
 ;   domain-grounding.clp  grounded preconditions of plan-actions, and their truth
 ;   domain-effects.clp    effects of successful actions
 ;   domain-exogenous.clp  preconditions of exogenous operators
-; They need plan.clp, goal.clp and saliences.clp. Templates, and rules and functions that do the same
+; If a domain has functions, the program also loads features/domain-numbers.clp, the rules for numbers.
+; The files need plan.clp, goal.clp and saliences.clp. Templates, and rules and functions that do the same
 ; as in Fawkes, have Fawkes' names (docs/evidence/core.md).
 ;
 ; The work after the change of a fact depends only on the facts that refer to it, not on the number

@@ -1,4 +1,4 @@
-;;; Skills by hand, without goals and a domain. (assert (start)) executes two
+;;; For trying skills by hand, without goals and a domain. (assert (start)) executes two
 ;;; actions, one after the other; each change of an action is printed. The spec needs a
 ;;; mapping for the action say, with the parameters text and wait. The rules start and done
 ;;; have Fawkes' names; the plan foo, the texts and the planned durations are Fawkes', too.

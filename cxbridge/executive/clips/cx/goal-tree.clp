@@ -35,27 +35,28 @@
   ?goal)
 
 (deffunction goal-tree-assert-run-one (?class $?fact-addresses)
-  "Pursue the children one after the other until a child is not rejected."
+  "Assert and return a goal that pursues its children one after the other until a child is not rejected."
   (goal-tree-assert RUN-ONE ?class RUN-ONE-OF-SUBGOALS (create$)
                     (length$ ?fact-addresses) ?fact-addresses))
 
 (deffunction goal-tree-assert-run-all (?class $?fact-addresses)
-  "Pursue all children one after the other; the first child that does not complete ends the goal."
+  "Assert and return a goal that pursues all its children one after the other; the first child that does
+   not complete ends the goal."
   (goal-tree-assert RUN-ALL ?class RUN-ALL-OF-SUBGOALS (create$)
                     (length$ ?fact-addresses) ?fact-addresses))
 
 (deffunction goal-tree-assert-try-all (?class $?fact-addresses)
-  "Pursue the children one after the other until a child completes."
+  "Assert and return a goal that pursues its children one after the other until a child completes."
   (goal-tree-assert TRY-ALL ?class TRY-ALL-OF-SUBGOALS (create$)
                     (length$ ?fact-addresses) ?fact-addresses))
 
 (deffunction goal-tree-assert-retry (?class ?max-tries ?fact-address)
-  "Pursue the child again until it completes, at most max-tries times."
+  "Assert and return a goal that pursues its child again until the child completes, at most ?max-tries times."
   (goal-tree-assert RETRY ?class RETRY-SUBGOAL (create$ max-tries ?max-tries)
                     0 (create$ ?fact-address)))
 
 (deffunction goal-tree-assert-timeout (?class ?timeout ?fact-address)
-  "Pursue the child for at most timeout seconds."
+  "Assert and return a goal that pursues its child for at most ?timeout seconds."
   (goal-tree-assert TIMEOUT ?class TIMEOUT-SUBGOAL (create$ timeout ?timeout)
                     0 (create$ ?fact-address)))
 
@@ -68,9 +69,9 @@
   (create$ continue-on ?continue-on))
 
 (deffunction goal-tree-assert-run-parallel (?class ?continue-on $?fact-addresses)
-  "Pursue all children at once. After a child is rejected or has failed, children that
-   have not begun are rejected, unless continue-on is REJECTED (continue after rejections)
-   or FAILED (continue after both)."
+  "Assert and return a goal that pursues all its children at once. After a child is rejected
+   or has failed, children that have not begun are rejected, unless ?continue-on is REJECTED
+   (continue after rejections) or FAILED (continue after both)."
   (goal-tree-assert PARALLEL ?class RUN-SUBGOALS-IN-PARALLEL
                     (goal-tree-parallel-params ?continue-on) 0 ?fact-addresses))
 

@@ -3,8 +3,8 @@
 ;;; The life of a goal:
 ;;;   FORMULATED -> SELECTED -> EXPANDED -> COMMITTED -> DISPATCHED -> FINISHED
 ;;;              -> EVALUATED -> RETRACTED
-;;; The user's reasoner and action selection change the mode of a leaf, the rules of the
-;;; sub-type (goals/*.clp) that of a goal with sub-goals.
+;;; The user's reasoner and action selection change the mode of a leaf. The rules of the
+;;; sub-type (goals/*.clp) change the mode of a goal with sub-goals.
 ;;;
 ;;; Rules match goals by joins on id and parent, which CLIPS hashes. The change of a goal
 ;;; or plan does not make a rule of this file search all goals or plans.
@@ -14,7 +14,8 @@
   (slot id (type SYMBOL))
   (slot class                ; the kind of goal, by which expanders choose
     (type SYMBOL))
-  (slot type                 ; MAINTAIN goals do not end; rules of sub-types skip them
+  (slot type                 ; MAINTAIN goals do not end; rules of sub-types skip
+                             ; them, except that RUN-SUBGOALS-IN-PARALLEL selects them
     (type SYMBOL) (allowed-values ACHIEVE MAINTAIN) (default ACHIEVE))
   (slot sub-type             ; how sub-goals are pursued; nil for a leaf
     (type SYMBOL))
@@ -33,7 +34,7 @@
   (slot priority             ; the higher priority goes first
     (type FLOAT) (default 0.0))
   (multislot params)         ; set with the goal: key value, key value ...
-  (multislot meta)           ; data of reasoners
+  (multislot meta)           ; data of reasoners, and of the sub-types RETRY and TIMEOUT
   (slot meta-fact            ; index of a fact with a slot goal-id; 0: none ...
     (type INTEGER) (default 0))
   (slot meta-template        ; ... and its template; one of the two is enough

@@ -16,7 +16,8 @@
   ?*CX-STAGE2-FILES* = (create$
     "plan.clp" "goal.clp" "domain.clp" "worldmodel.clp" "cx-identity.clp"
     "wm-domain-sync.clp" "wm-config.clp" "BATCH|skills.clp")
-  ;; the order of the user's first entry; smaller orders are of the core
+  ;; added to the positions of the user's entries, from 1, to get their orders; smaller orders are of the
+  ;; core
   ?*CX-USER-INIT-OFFSET* = 10)
 
 (deffunction cx-stage2-files ()
@@ -128,7 +129,8 @@
   (str-cat "/clips-executive/specs/" ?spec "/init/" (lowcase ?stage) "/"))
 
 (deffunction cx-init-indexes (?spec ?stage)
-  "The indexes of the entries of a stage (as in the configuration: stage-1), in ascending order."
+  "The indexes of the entries of a stage, in ascending order. ?stage is spelt as in the configuration:
+   stage-1."
   (bind ?prefix (cx-init-prefix ?spec ?stage))
   (bind ?begin (+ 1 (str-length ?prefix)))
   (bind ?indexes (create$))

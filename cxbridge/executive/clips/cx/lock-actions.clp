@@ -15,20 +15,20 @@
   ?action <- (plan-action (action-name lock) (state PENDING) (executable TRUE)
                           (param-names $?names) (param-values $?values))
   =>
-  (bind ?mutex (plan-action-arg name ?names ?values))
-  (if (any-factp ((?m mutex)) (and (eq ?mutex ?m:name)
-                                   (or (eq LOCKED ?m:state) (neq NONE ?m:request))))
+  (bind ?name (plan-action-arg name ?names ?values))
+  (if (any-factp ((?mutex mutex)) (and (eq ?name ?mutex:name)
+                                       (or (eq LOCKED ?mutex:state) (neq NONE ?mutex:request))))
    then
     (modify ?action (state EXECUTION-FAILED))
    else
     (modify ?action (state RUNNING))
-    (mutex-try-lock-async ?mutex))
+    (mutex-try-lock-async ?name))
 )
 
 (defrule lock-actions-lock-acquired
   ?action <- (plan-action (action-name lock) (state RUNNING)
                           (param-names $?names) (param-values $?values))
-  ?mutex <- (mutex (name ?m&:(eq ?m (plan-action-arg name ?names ?values)))
+  ?mutex <- (mutex (name ?name&:(eq ?name (plan-action-arg name ?names ?values)))
                    (request LOCK) (response ACQUIRED))
   =>
   (lock-action-reset-mutex ?mutex)
@@ -38,7 +38,7 @@
 (defrule lock-actions-lock-rejected
   ?action <- (plan-action (action-name lock) (state RUNNING)
                           (param-names $?names) (param-values $?values))
-  ?mutex <- (mutex (name ?m&:(eq ?m (plan-action-arg name ?names ?values)))
+  ?mutex <- (mutex (name ?name&:(eq ?name (plan-action-arg name ?names ?values)))
                    (request LOCK) (response REJECTED|ERROR) (error-msg ?message))
   =>
   (lock-action-reset-mutex ?mutex)
@@ -58,7 +58,7 @@
 (defrule lock-actions-unlock-done
   ?action <- (plan-action (action-name unlock) (state RUNNING)
                           (param-names $?names) (param-values $?values))
-  ?mutex <- (mutex (name ?m&:(eq ?m (plan-action-arg name ?names ?values)))
+  ?mutex <- (mutex (name ?name&:(eq ?name (plan-action-arg name ?names ?values)))
                    (state OPEN) (request UNLOCK))
   =>
   (lock-action-reset-mutex ?mutex)

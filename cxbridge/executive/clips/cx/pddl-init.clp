@@ -7,6 +7,7 @@
 (defglobal
   ; the collection from which problems are generated
   ?*PDDL-ROBMEM-COLLECTION* = "robmem.clipswm"
+  ; between two checks for writers; Fawkes' interval
   ?*PDDL-INIT-CONTROL-RETRY-INTERVAL-SEC* = 1
 )
 

@@ -14,6 +14,7 @@
   ; the id of the message in execution
   (slot gen-id (type INTEGER))
   (slot plan-id (type INTEGER))
+  ; in the order of the steps; PLAN-FETCHED is a status of Fawkes, which no rule sets here
   (slot status (type SYMBOL)
     (allowed-values GEN-PENDING GEN-RUNNING GENERATED
                     PENDING RUNNING PLANNED PLAN-FETCHED))

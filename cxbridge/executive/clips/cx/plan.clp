@@ -22,9 +22,10 @@
   (slot id (type INTEGER)) (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL))
   ; the operator, and the names and values of its arguments
   (slot action-name (type SYMBOL)) (multislot param-names) (multislot param-values)
-  ; in seconds: the planned duration, and the dispatch time after the start of a TEMPORAL plan
+  ; in seconds: the planned duration, and the dispatch time after the start of a TEMPORAL plan; the default
+  ; is Fawkes', and selects the action when the plan starts
   (slot duration (type FLOAT)) (slot dispatch-time (default -1.0) (type FLOAT))
-  ; the states in their order; FAILED follows EXECUTION-FAILED
+  ; the states in their order; FAILED follows EXECUTION-FAILED, or PENDING (execmon/stalled-action.clp)
   (slot state (type SYMBOL)
     (allowed-values
       FORMULATED PENDING WAITING RUNNING
@@ -33,9 +34,11 @@
   ; whether the precondition holds now, and the id of its pddl-grounding (nil: none)
   (slot executable (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
   (slot precondition (default nil) (type SYMBOL))
-  ; the executing Skiller, or agent on the skill board; the start time; the reason of a failure
+  ; the executing Skiller, or agent on the skill board
   (slot skiller (default "Skiller") (type STRING))
+  ; the executing agent in rules of ros2-clips-executive (2021), whose actions have no Skiller
   (slot agent-id (default "") (type STRING))
+  ; the time of the selection from a TEMPORAL plan (0 0: not selected); the reason of a failure
   (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
   (slot error-msg (type STRING)))
 

@@ -2,8 +2,8 @@
 ;
 ; A COMMITTED goal acquires all of its required-resources, or is REJECTED if another
 ; robot or another goal has one of them. The slot acquired-resources lists the resources
-; that the goal has acquired so far; the rules of goals dispatch a goal when the slot
-; lists all of them. A goal keeps its resources until it is RETRACTED.
+; that the goal has acquired so far; the rules of sub-types (goals/*.clp) dispatch a goal when
+; the slot lists all of them. A dispatched goal keeps its resources until it is RETRACTED.
 ;
 ; Needs goal.clp, coordination-mutex.clp. The rules that acquire, reject and release have
 ; Fawkes' names.
@@ -75,10 +75,10 @@
   (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity)
         (required-resources $?required&~:(= 0 (length$ ?required)))
         (acquired-resources))
-  (not (and (resource-need (goal ?goal) (mutex ?mutex))
-            (mutex (name ?mutex) (state LOCKED))))
-  (not (and (resource-need (goal ?goal) (mutex ?mutex))
-            (mutex (name ?mutex) (request ~NONE))))
+  (not (and (resource-need (goal ?goal) (mutex ?name))
+            (mutex (name ?name) (state LOCKED))))
+  (not (and (resource-need (goal ?goal) (mutex ?name))
+            (mutex (name ?name) (request ~NONE))))
   (not (and (resource-need (goal ?goal) (resource ?resource))
             (resource-request (resource ?resource))))
   =>
@@ -93,11 +93,11 @@
   (resource-request (goal ?goal) (resource ?resource))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   ?mutex <- (mutex (name ?name) (request LOCK) (response ACQUIRED))
-  ?g <- (goal (id ?goal) (mode COMMITTED)
-              (acquired-resources $?acquired&~:(member$ ?resource ?acquired)))
+  ?goal-fact <- (goal (id ?goal) (mode COMMITTED)
+                      (acquired-resources $?acquired&~:(member$ ?resource ?acquired)))
   =>
   (modify ?mutex (request NONE) (response NONE))
-  (cx-modify-goal ?g (acquired-resources ?acquired ?resource))
+  (cx-modify-goal ?goal-fact (acquired-resources ?acquired ?resource))
 )
 
 ; *** Reject ***
@@ -105,7 +105,7 @@
 (defrule resource-locks-fast-reject-goal-locked-by-other-agent
   "Another robot has the resource, and the goal has no resources and no requests."
   (wm-fact (key cx identity) (value ?me))
-  ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
+  ?goal-fact <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (mutex (name ?name) (state LOCKED) (locked-by ?owner&~?me) (request NONE))
   (not (and (resource-request (goal ?goal) (resource ?other))
@@ -115,13 +115,13 @@
   (if (neq QUIET ?verbosity) then
     (printout warn "Rejecting goal " ?goal ", " ?resource
                    " is already locked by " ?owner crlf))
-  (cx-modify-goal ?g (mode FINISHED) (outcome REJECTED))
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome REJECTED))
 )
 
 (defrule resource-locks-fast-reject-goal-locked-for-another-goal
   "Another goal has the resource, this goal has no resources, and no request for the lock
    is pending."
-  ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
+  ?goal-fact <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (resource-request (resource ?resource) (goal ?other&~?goal))
   (not (mutex (name ?name) (request ~NONE)))
@@ -129,7 +129,7 @@
   (if (neq QUIET ?verbosity) then
     (printout warn "Rejecting goal " ?goal ", " ?resource
                    " is already locked for " ?other crlf))
-  (cx-modify-goal ?g (mode FINISHED) (outcome REJECTED))
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome REJECTED))
 )
 
 (defrule resource-locks-lock-rejected-release-acquired-resources
@@ -150,8 +150,9 @@
 )
 
 (defrule resource-locks-reject-goal-on-rejected-lock
-  "A lock was rejected, and the goal has no resources and no requests."
-  ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
+  "A lock was rejected, the goal has no resources, and no lock that it needs is pending or
+   just granted."
+  ?goal-fact <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (mutex (name ?name) (request LOCK) (response REJECTED|ERROR) (error-msg ?message))
   (not (and (resource-need (goal ?goal) (mutex ?undecided))
@@ -160,11 +161,11 @@
   (if (neq QUIET ?verbosity) then
     (printout warn "Rejecting goal " ?goal ", resource lock " ?resource
                    " was rejected" crlf))
-  (cx-modify-goal ?g (mode FINISHED) (outcome REJECTED) (message ?message))
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome REJECTED) (message ?message))
   (delayed-do-for-all-facts ((?request resource-request)) (eq ?goal ?request:goal)
-    (bind ?mutex (resource-to-mutex ?request:resource))
-    (do-for-fact ((?m mutex)) (eq ?mutex ?m:name)
-      (modify ?m (request NONE) (response NONE) (error-msg ""))
+    (bind ?requested-name (resource-to-mutex ?request:resource))
+    (do-for-fact ((?mutex mutex)) (eq ?requested-name ?mutex:name)
+      (modify ?mutex (request NONE) (response NONE) (error-msg ""))
     )
     (retract ?request)
   )
@@ -193,9 +194,9 @@
   ?request <- (resource-request (goal ?goal) (resource ?resource))
   (resource-mutex (resource ?resource) (mutex ?name))
   ?mutex <- (mutex (name ?name) (state OPEN) (request UNLOCK))
-  ?g <- (goal (id ?goal) (acquired-resources $?acquired))
+  ?goal-fact <- (goal (id ?goal) (acquired-resources $?acquired))
   =>
-  (cx-modify-goal ?g (acquired-resources (delete-member$ ?acquired ?resource)))
+  (cx-modify-goal ?goal-fact (acquired-resources (delete-member$ ?acquired ?resource)))
   (modify ?mutex (request NONE) (response NONE))
   (retract ?request)
 )

@@ -56,6 +56,7 @@
   (if (not (deftemplate-slot-existp ?template ?slot)) then (return ""))
   (if (not (deftemplate-slot-multip ?template ?slot)) then
     (return (str-cat "(" ?slot " " (bson-get ?doc ?field) ")")))
+  ; as in Fawkes, the values of a list become symbols
   (bind ?symbols (create$))
   (progn$ (?value (bson-get-array ?doc ?field))
     (bind ?symbols (create$ ?symbols (sym-cat ?value)))
@@ -65,7 +66,7 @@
 
 (deffunction rm-assert-from-bson (?doc)
   "Assert and return the fact of a document. Its relation is a template, or that of
-   an ordered fact. Without a relation, print an error."
+   an ordered fact. Without a relation, print an error and return FALSE."
   (if (not (bson-has-field ?doc "relation")) then
     (printout error "Can not create fact from " (bson-tostring ?doc) crlf)
     (return FALSE))

@@ -3,8 +3,8 @@
 ;;;
 ;;; Saliences order whole areas, in one direction: first the facts of the world model
 ;;; become consistent (WM-...), then the domain model follows (DOMAIN-...), and only then
-;;; do rules at salience 0 make decisions. Two rules that alternate use a fact as signal,
-;;; not a salience.
+;;; do rules at salience 0 make decisions. Two rules that fire alternately signal each
+;;; other with facts, not with saliences.
 
 (defglobal  ; reports of errors in goals; chains of rules that must end before any other rule fires:
             ; the retraction of goal trees and of facts, and goals that change together

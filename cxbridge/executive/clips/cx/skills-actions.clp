@@ -39,17 +39,17 @@
   (not (skill-action-execinfo (skiller ?skiller)))
   (skiller-control (skiller ?skiller) (acquired TRUE))
   =>
-  (bind ?skill (skill-call ?name ?params ?values ?skiller))
+  (bind ?skill-id (skill-call ?name ?params ?values ?skiller))
   (modify ?action (state WAITING))
   (bind ?args (create$))
   (progn$ (?param ?params)
     (bind ?args (create$ ?args ?param (nth$ ?param-index ?values))))
   (assert (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skiller ?skiller)
-                                 (skill-name ?name) (skill-id ?skill) (skill-args ?args))))
+                                 (skill-name ?name) (skill-id ?skill-id) (skill-args ?args))))
 
 (defrule skill-action-running
-  (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill))
-  (skill (id ?skill) (status S_RUNNING))
+  (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id))
+  (skill (id ?skill-id) (status S_RUNNING))
   ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id) (state WAITING) (action-name ?name))
   =>
   (printout t "Action " ?name " is running" crlf)

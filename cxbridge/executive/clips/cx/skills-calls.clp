@@ -9,7 +9,7 @@
 ;;; has control. Without control the agent cannot follow its skills. All rules except skill-stolen
 ;;; have Fawkes' names.
 
-(defglobal
+(defglobal  ; Fawkes' values
   ?*SKILL-INIT-TIMEOUT-SEC* = 5                    ; from the message to S_RUNNING
   ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC* = 3) ; between two requests for control
 
@@ -27,7 +27,7 @@
     (type STRING))
   (slot msgid               ; the id of the message, which the interface shows
     (type INTEGER))
-  (multislot start-time
+  (multislot start-time     ; of the call, in seconds and microseconds
     (type INTEGER) (cardinality 2 2) (default (create$ 0 0)))
   (slot skiller
     (type STRING) (default "Skiller")))
@@ -39,7 +39,7 @@
     (type SYMBOL) (allowed-values FALSE TRUE))
   (slot acquiring           ; whether the agent waits for an answer
     (type SYMBOL) (allowed-values FALSE TRUE))
-  (multislot last-try
+  (multislot last-try       ; the time of the last request, in seconds and microseconds
     (type INTEGER) (cardinality 2 2) (default (create$ 0 0))))
 
 ;; ---- calls of skills

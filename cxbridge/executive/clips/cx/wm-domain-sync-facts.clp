@@ -98,24 +98,24 @@
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (domain-predicate (name ?name) (param-names $?param-names))
   (not (wm-sync-remap-fact (domain-fact-name ?name)))
-  (wm-fact (id ?id&~"") (key domain fact ?name $?rest))
+  (wm-fact (id ?id&~"") (key domain fact ?name $?args))
   (not (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)))
   =>
   (bind ?root (create$ domain fact ?name))
-  (wm-sync-note-wm-fact ?id (create$ ?root ?rest) ?root ?name ?param-names)
+  (wm-sync-note-wm-fact ?id (create$ ?root ?args) ?root ?name ?param-names)
 )
 
 (defrule wm-sync-note-worldmodel-fact-remapped
-  "The same for a predicate with another path."
+  "A new wm-fact corresponds to a fact of a declared predicate with another path."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (domain-predicate (name ?name) (param-names $?param-names))
   (wm-sync-remap-fact (domain-fact-name ?name) (wm-fact-key-path ?head $?tail))
   (wm-fact (id ?id&~"")
-           (key ?head $?rest&:(wm-sync-remapped-path-match ?rest ?tail)))
+           (key ?head $?after-head&:(wm-sync-remapped-path-match ?after-head ?tail)))
   (not (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)))
   =>
   (bind ?root (create$ ?head ?tail))
-  (wm-sync-note-wm-fact ?id (create$ ?head ?rest) ?root ?name ?param-names)
+  (wm-sync-note-wm-fact ?id (create$ ?head ?after-head) ?root ?name ?param-names)
 )
 
 ; *** Facts: deletions ***
@@ -141,7 +141,7 @@
 )
 
 (defrule wm-sync-domain-fact-removed-wm-fact-not-true
-  "The domain-fact was retracted, and the wm-fact is not TRUE."
+  "The domain-fact was retracted, and the wm-fact is not TRUE: only note the new state."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -162,6 +162,7 @@
                     (domain-fact-idx ~0) (wm-fact-idx ?wm-idx))
   (domain-predicate (name ?name))
   ?wf <- (wm-fact (id ?id) (type BOOL) (value FALSE))
+  ; the wm-fact differs from its state at the last synchronisation: in its value or in its index
   (test (or (neq ?last FALSE) (< ?wm-idx (fact-index ?wf))))
   (wm-sync-atom (name ?name) (text ?text) (fact ?df))
   =>
@@ -247,6 +248,7 @@
                             (domain-fact-idx 0) (wm-fact-idx ?wm-idx))
   (domain-predicate (name ?name))
   ?wf <- (wm-fact (id ?id) (type BOOL) (value TRUE))
+  ; as in wm-sync-worldmodel-fact-false
   (test (or (neq ?last TRUE) (< ?wm-idx (fact-index ?wf))))
   =>
   (bind ?df (assert (domain-fact (name ?name) (param-values ?values))))
@@ -269,7 +271,8 @@
 )
 
 (defrule wm-sync-fact-cleanup-domain-fact-back
-  "Both facts were retracted, and the domain-fact was asserted again: it is a new fact."
+  "Both facts were retracted, and the domain-fact was asserted again: forget the pair, so that the
+   domain-fact counts as new."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)

@@ -1,7 +1,8 @@
 ; sequential.clp - select the actions of a SEQUENTIAL plan, one after the other
 ;
-; The conditions are in Fawkes' order, so that rules that react to the same change of a goal have the
-; same order in the agenda. Only the next action of a plan is compared with the other actions.
+; The goal comes first in the rule that selects, as in Fawkes, so that rules that react to the same change
+; of a goal have the same order in the agenda. The search for an action in execution comes last, so that
+; CLIPS makes it only for the next action of a plan.
 ;
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
 ; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
@@ -20,18 +21,18 @@
 
 (defrule action-selection-sequential-done
   "All actions are FINAL, or the plan has no actions."
-  ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
+  ?goal-fact <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (type SEQUENTIAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
   =>
-  (cx-modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome COMPLETED)))
 
 (defrule action-selection-sequential-failed
   "A failed action fails the goal."
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan)
                (action-name ?name) (error-msg ?reason))
-  ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
+  ?goal-fact <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
   (plan (type SEQUENTIAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))
   =>
-  (cx-modify-goal ?g (mode FINISHED) (outcome FAILED) (error ACTION-FAILED)
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome FAILED) (error ACTION-FAILED)
              (message (str-cat "Action " ?name " failed: " ?reason))))

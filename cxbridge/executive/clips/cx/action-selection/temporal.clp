@@ -29,16 +29,17 @@
 
 (defrule action-selection-temporal-done
   "All actions are FINAL, or the plan has no actions."
-  ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
+  ?goal-fact <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
   =>
-  (cx-modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome COMPLETED)))
 
 (defrule action-selection-temporal-failed
-  "A failed action fails the goal; running actions continue."
+  "A failed action fails the goal; running actions continue. As in Fawkes, the goal gets neither an error
+   nor a message."
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan))
-  ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
+  ?goal-fact <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
   (plan (type TEMPORAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))
   =>
-  (cx-modify-goal ?g (mode FINISHED) (outcome FAILED)))
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome FAILED)))

@@ -13,10 +13,10 @@
                     (plan-id ?p&:(eq ?p ?plan)) (goal-id ?goal)))
   (plan-action (id ?id) (plan-id ?q&:(eq ?q ?plan)) (goal-id ?goal)
                (state FORMULATED) (executable FALSE) (action-name ?name))
-  ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?r&:(eq ?r ?plan)))
+  ?goal-fact <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?r&:(eq ?r ?plan)))
   (plan (id ?s&:(eq ?s ?plan)) (goal-id ?goal) (type SEQUENTIAL))
   (not (plan-action (plan-id ?t&:(eq ?t ?plan)) (goal-id ?goal) (state ~FORMULATED&~FINAL&~FAILED)))
   =>
-  (cx-modify-goal ?g (mode FINISHED) (outcome FAILED) (error STALLED-NONE-EXECUTABLE)
+  (cx-modify-goal ?goal-fact (mode FINISHED) (outcome FAILED) (error STALLED-NONE-EXECUTABLE)
     (message (str-cat "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                       ") not executable, but next in sequence"))))

@@ -8,7 +8,7 @@
   "The dispatch time of an action has passed, but the action is FORMULATED: log it once, and add
    ACTION-MISSED-DISPATCH, the action's id and its operator to the goal's warnings."
   (declare (salience ?*SALIENCE-LOW*))
-  ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
+  ?goal-fact <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
         (start-time $?start&~:(eq ?start (create$ 0 0))))
   (plan-action (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan)) (state FORMULATED) (dispatch-time ?after)
@@ -18,4 +18,4 @@
   =>
   (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                  ") missed its dispatch time" crlf)
-  (cx-modify-goal ?g (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))
+  (cx-modify-goal ?goal-fact (warning ?warnings ACTION-MISSED-DISPATCH ?id ?name)))

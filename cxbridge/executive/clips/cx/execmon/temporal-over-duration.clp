@@ -8,7 +8,7 @@
   "An action runs longer than its planned duration: log it once, and add
    ACTION-OVER-DURATION, the action's id and its operator to the goal's warnings."
   (declare (salience ?*SALIENCE-LOW*))
-  ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
+  ?goal-fact <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL))
   (plan-action (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan)) (state ~FORMULATED&~FINAL&~FAILED)
                (start-time $?start&~:(eq ?start (create$ 0 0))) (duration ?duration)
@@ -18,4 +18,4 @@
   =>
   (printout warn "Action " ?name " (goal " ?goal ", plan " ?plan ", action " ?id
                  ") running longer than expected (which was " ?duration " sec)" crlf)
-  (cx-modify-goal ?g (warning ?warnings ACTION-OVER-DURATION ?id ?name)))
+  (cx-modify-goal ?goal-fact (warning ?warnings ACTION-OVER-DURATION ?id ?name)))

@@ -13,14 +13,14 @@
 ;;; sub-goal has released its resources.
 
 (deffunction retry-tries (?meta)
-  "The number after num-tries in the meta data; FALSE without a number."
+  "The integer after num-tries in the meta data; FALSE without an integer there."
   (bind ?position (member$ num-tries ?meta))
   (if (or (not ?position) (>= ?position (length$ ?meta))) then (return FALSE))
   (bind ?tries (nth$ (+ ?position 1) ?meta))
   (if (integerp ?tries) then ?tries else FALSE))
 
 (deffunction retry-meta-with-tries (?meta ?tries)
-  "The meta data with a new number of tries; the other entries stay."
+  "The meta data, which must have num-tries, with a new number of tries; the other entries stay."
   (bind ?position (+ 1 (member$ num-tries ?meta)))
   (replace$ ?meta ?position ?position ?tries))
 
@@ -169,8 +169,8 @@
   (retract ?below))
 
 (defrule retry-again-over
-  "The goal is a leaf, has new sub-goals, or is gone. The rule fires at once, because the goal must
-   not be EXPANDED again while all its sub-goals are RETRACTED."
+  "The goal is a leaf, has left the mode EXPANDED, or is gone. The rule fires at once (FIRST): a goal may
+   return to EXPANDED after its last sub-goal, and must not begin its sub-goals anew then."
   (declare (salience ?*SALIENCE-FIRST*))
   ?again <- (goal-tried-again ?id)
   (not (goal (id ?id) (sub-type ~nil) (mode FORMULATED|SELECTED|EXPANDED)))

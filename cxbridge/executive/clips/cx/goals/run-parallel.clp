@@ -60,7 +60,7 @@
 ;; and FIRST - 2 keep the three steps apart: note all, select all, forget the request.
 
 (defrule run-parallel-subgoal-note-due
-  "The first step."
+  "The first step: note the due sub-goals."
   (declare (salience ?*SALIENCE-FIRST*))
   (run-parallel-due ?id ?priority)
   (goal (id ?sub) (parent ?id) (mode FORMULATED) (priority ?priority))
@@ -85,7 +85,7 @@
   (retract ?next))
 
 (defrule run-parallel-subgoals-selected
-  "The third step."
+  "The third step: forget the request."
   (declare (salience (- ?*SALIENCE-FIRST* 2)))
   ?due <- (run-parallel-due ?id ?priority)
   =>
@@ -113,8 +113,8 @@
 
 (deffunction run-parallel-blame (?goal ?id ?outcome ?verb-phrase)
   "Finish the parent with this outcome if a sub-goal has the outcome, and return whether a sub-goal has
-   it. The error names the first such sub-goal in the order of facts: the one that was RETRACTED first,
-   because each modification makes a new fact."
+   it. The error names the first such sub-goal in the order of facts: the one whose last change is the
+   oldest, because each change of a goal makes a new fact."
   (do-for-fact ((?sub goal)) (and (eq ?sub:parent ?id) (eq ?sub:outcome ?outcome))
     (cx-modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
                        (message
