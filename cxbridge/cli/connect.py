@@ -46,6 +46,7 @@ RunPath = Annotated[
 def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
     """Open the blackboard at ``url``.
 
+    :param interface_dirs: folders of definitions that take precedence over the shipped ones; None: none.
     :raises CxbridgeError: if no server answers, or the URL is invalid.
     """
     from cxbridge.blackboard.urls import open_blackboard
@@ -63,13 +64,22 @@ def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
 
 
 def suggest_interface(board: BlackBoard, glob: str) -> str:
-    """Return a suggestion for a pattern without matching interfaces, or an empty text."""
-    from cxbridge.suggestions import bracketed_suggestion
+    """Return a suggestion for a pattern without matching interfaces, or an empty text.
 
-    uids = [interface.uid for interface in board.list()]
-    types = {uid.partition("::")[0] for uid in uids}
-    names = uids if "::" in glob else types | {name.removesuffix("Interface") for name in types}
-    return bracketed_suggestion(glob.strip("*"), names)
+    A pattern with ``::`` is compared with the uids of the interfaces, any other with their types.
+    """
+    from cxbridge.suggestions import bracketed_suggestion, nearest_names
+
+    uids, name = [interface.uid for interface in board.list()], glob.strip("*")
+    if "::" in glob:
+        return bracketed_suggestion(name, uids)
+    # without the common ending, which would make all types similar
+    type_by_short_name = {
+        uid.partition("::")[0].removesuffix("Interface"): uid.partition("::")[0] for uid in uids
+    }
+    nearest = nearest_names(name.removesuffix("Interface"), type_by_short_name)
+    types = " or ".join(type_by_short_name[short_name] for short_name in nearest)
+    return f" (did you mean {types}?)" if types else ""
 
 
 def split_glob(glob: str) -> tuple[str, str]:
@@ -79,7 +89,7 @@ def split_glob(glob: str) -> tuple[str, str]:
 
 
 def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
-    """Send a request to a daemon; see :func:`cxbridge.daemon.client.request`."""
+    """Send a request to a daemon and return the result; see :func:`cxbridge.daemon.client.request`."""
     from cxbridge.daemon.client import request
 
     with connect(url, None) as board:
@@ -87,7 +97,10 @@ def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
 
 
 def make_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry | None:
-    """Return a registry of the given folders, or None for the default."""
+    """Return a registry of the given folders and the shipped definitions.
+
+    None without folders: the readers of recordings then use their own registry.
+    """
     from cxbridge.interfaces.registry import InterfaceRegistry
 
     return InterfaceRegistry(interface_dirs) if interface_dirs else None

@@ -1,8 +1,9 @@
-"""The output of the program: results on stdout, the log on stderr, without control sequences.
+"""The output of the program: results on stdout, the log on stderr.
 
-Nearly all output contains foreign text. :func:`say` prints one line of such text, :func:`say_json` prints
-JSON, and :func:`say_text` text of several lines. :class:`~cxbridge.printing.VisibleStream` filters everything
-else, such as tracebacks.
+Nearly all output contains foreign text, whose control characters are escaped. :func:`say` prints one line of
+such text, :func:`say_json` prints JSON, and :func:`say_text` text of several lines.
+:class:`~cxbridge.printing.VisibleStream` filters everything else, such as tracebacks. Only the colours and
+cursor movements of this module and of :mod:`cxbridge.cli.run_output` pass unfiltered.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ from cxbridge.printing import VisibleStream, indent_lines, one_line, unfiltered_
 # Endless rules print a hundred thousand equal lines at one moment of a virtual clock.
 _MAX_EQUAL_LINES: Final = 3
 
-# Duration of a moment in microseconds of the run's clock: less than a cycle, so that the lines of two cycles
-# are counted separately.
-_MOMENT_US: Final = 10_000
+# The gap between two lines that ends a moment, in microseconds of the run's clock: less than a cycle, so that
+# the lines of two cycles are counted separately.
+_MOMENT_GAP_US: Final = 10_000
 
 # The limit of remembered lines of one moment, which bounds the memory.
 _MAX_COUNTED_LINES: Final = 10_000
@@ -49,17 +50,17 @@ def guard_streams() -> None:
 
 
 def say(text: object, *, err: bool = False, flush: bool = False) -> None:
-    """Print a text as one line, without control characters."""
+    """Print a text as one line, with control characters escaped."""
     print(one_line(str(text)), file=sys.stderr if err else sys.stdout, flush=flush)
 
 
 def say_text(text: str, *, err: bool = False, end: str = "\n") -> None:
-    """Print a text of several lines."""
+    """Print a text of several lines, with other control characters escaped."""
     print(visible(text), file=sys.stderr if err else sys.stdout, end=end)
 
 
 def say_lines(lines: Iterable[object]) -> None:
-    """Print each text as one line, without control characters."""
+    """Print each text as one line, with control characters escaped."""
     for line in lines:
         say(line)
 
@@ -145,7 +146,7 @@ class ConsoleLog:
     By default, warnings and errors are printed.
 
     :param quiet: whether to print errors only.
-    :param verbose: whether to print all lines.
+    :param verbose: whether to print all lines, even with ``quiet``.
     :param info: whether to include lines of the level INFO, unless quiet.
     """
 
@@ -155,22 +156,26 @@ class ConsoleLog:
         if not quiet:
             self._levels |= {Level.WARN, Level.INFO} if info else {Level.WARN}
         if verbose:
-            self._levels |= {Level.INFO, Level.DEBUG}
+            self._levels = set(Level)
         self._has_colour = sys.stderr.isatty()
+        # the numbers of equal lines of this moment, by level, component and text
         self._equal_counts: Counter[tuple[Level, str, str]] = Counter()
-        self._last_time_us = 0  # of the last line
+        self._last_time_us = 0  # the time of the last line
 
     def __call__(self, event: Event) -> None:
         """Print a log line if its level is shown; equal lines at one moment are limited."""
         if not isinstance(event, LogLine) or event.level not in self._levels:
             return
-        if event.time_us - self._last_time_us > _MOMENT_US or len(self._equal_counts) > _MAX_COUNTED_LINES:
+        if (
+            event.time_us - self._last_time_us > _MOMENT_GAP_US
+            or len(self._equal_counts) > _MAX_COUNTED_LINES
+        ):
             self.finish()
         self._last_time_us = event.time_us
-        line = event.level, event.component, event.text
-        self._equal_counts[line] += 1
-        if self._equal_counts[line] <= _MAX_EQUAL_LINES:
-            self._print(*line)
+        level_component_text = event.level, event.component, event.text
+        self._equal_counts[level_component_text] += 1
+        if self._equal_counts[level_component_text] <= _MAX_EQUAL_LINES:
+            self._print(*level_component_text)
 
     def show_info(self) -> None:
         """Include lines of the level INFO, unless quiet."""
@@ -217,7 +222,10 @@ def make_output_folders(*files: Path | None) -> None:
 
 
 def local_time(time_us: int) -> str:
-    """Return a time stamp as local time, ``never`` for 0."""
+    """Return a time stamp as local time: ``never`` for 0, the number of microseconds if it is no valid time.
+
+    :param time_us: microseconds since the epoch.
+    """
     from datetime import UTC, datetime
 
     if not time_us:

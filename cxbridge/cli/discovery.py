@@ -29,7 +29,7 @@ COMMANDS: Final[Table[Any]] = Table(
 
 
 def top_level_rows() -> list[Row]:
-    """Return the top-level commands and groups."""
+    """Return the rows of the top-level commands and groups."""
     return [row for row in COMMANDS.rows if " " not in row.name]
 
 
@@ -77,7 +77,8 @@ def names_by_section(rows: Iterable[Row], sections: Mapping[str, Sequence[str]])
 
     :param sections: the names by heading, in order; rows of plug-ins may name further headings.
     """
-    sorted_rows = sorted(rows, key=lambda row: row.name)
+    # rows that name a heading come first, so that the commands without a heading are last
+    sorted_rows = sorted(rows, key=lambda row: (not row.section, row.name))
     row_names = {row.name for row in sorted_rows}
     names_of_sections = {
         title: [name for name in names if name in row_names] for title, names in sections.items()
@@ -89,11 +90,11 @@ def names_by_section(rows: Iterable[Row], sections: Mapping[str, Sequence[str]])
 
 
 def make_group_class(
-    rows: Callable[[], Sequence[Row]], sections: Mapping[str, Sequence[str]]
+    list_rows: Callable[[], Sequence[Row]], sections: Mapping[str, Sequence[str]]
 ) -> type[TyperGroup]:
     """Return the class of a group with the commands of a table.
 
-    :param rows: returns the table's rows.
+    :param list_rows: returns the table's rows; called when the group is made.
     :param sections: the names of commands by heading of the help, in order;
         :attr:`~cxbridge.plugins.Row.section` adds further headings.
     """
@@ -103,18 +104,18 @@ def make_group_class(
     # sections only in help that rich draws.
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
-            table_rows = {row.name: row for row in rows()}
+            table_rows = {row.name: row for row in list_rows()}
             self._sections = names_by_section(table_rows.values(), sections)
             ordered_rows = {name: table_rows[name] for name in chain.from_iterable(self._sections.values())}
             lazy_commands: Any = LazyCommands({**ordered_rows, **(commands or {})})
             super().__init__(commands=lazy_commands, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
-            """Write the commands by section."""
+            """Write the commands by section, or in one list if no sections are named."""
             if not sections:
                 super().format_commands(ctx, formatter)
                 return
-            width = max(map(len, self.commands))
+            width = max(map(len, self.commands))  # of all sections, so that their help texts are aligned
             for title, names in self._sections.items():
                 if names:
                     with formatter.section(title):

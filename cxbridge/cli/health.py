@@ -49,14 +49,14 @@ _SOUND_PROGRAMS = (
 
 
 @dataclass(frozen=True, slots=True)
-class HealthCheck:
+class Finding:
     """The result of one check.
 
     :param what: the name of the checked part; like ``fine`` a key of the JSON output.
     :param fine: whether the part works.
     :param required: whether a run of the shipped scenario needs the part.
-    :param detail: the version, or the reason for the failure.
-    :param remedy: the command that installs the part.
+    :param detail: for a part that works its version, place or proof; otherwise the reason for the failure.
+    :param remedy: how to install the part: a command or a sentence; empty if unknown. Printed for failures.
     """
 
     what: str
@@ -76,11 +76,14 @@ class HealthCheck:
         return [f"{mark:8}{self.what}: {self.detail}", *remedies]
 
 
-def run_checks() -> list[HealthCheck]:
-    """Run all checks. They use CLIPS and Lua, because an installed library may still fail."""
+def run_checks() -> list[Finding]:
+    """Run all checks; return the findings in the order of the output.
+
+    The checks use CLIPS and Lua, because an installed library may still fail.
+    """
     return [
-        HealthCheck("cxbridge", fine=True, required=True, detail=VERSION),
-        HealthCheck(
+        Finding("cxbridge", fine=True, required=True, detail=VERSION),
+        Finding(
             "Python",
             fine=sys.version_info >= _OLDEST_PYTHON,
             required=True,
@@ -92,6 +95,7 @@ def run_checks() -> list[HealthCheck]:
         *map(_check_plugin, plugins := installed_plugins()),
         *(
             _check_extra(name, package)
+            # once for each package, which may have several plug-ins; without the version after the name
             for package in dict.fromkeys(plugin.package.partition(" ")[0] for plugin in plugins)
             for name in requirements_by_extra(package)
         ),
@@ -103,17 +107,17 @@ def run_checks() -> list[HealthCheck]:
     ]
 
 
-def _check_package(name: str) -> HealthCheck:
+def _check_package(name: str) -> Finding:
     try:
-        return HealthCheck(name, fine=True, required=True, detail=importlib.metadata.version(name))
+        return Finding(name, fine=True, required=True, detail=importlib.metadata.version(name))
     except importlib.metadata.PackageNotFoundError:
-        return HealthCheck(name, fine=False, required=True, detail="not installed", remedy=pip_command(name))
+        return Finding(name, fine=False, required=True, detail="not installed", remedy=pip_command(name))
 
 
-def _check_extra(name: str, package: str = CORE) -> HealthCheck:
+def _check_extra(name: str, package: str = CORE) -> Finding:
     absent_requirements = missing_requirements(name, package)
     purpose = f"{EXTRA_PURPOSES[name]}; " if package == CORE and name in EXTRA_PURPOSES else ""
-    return HealthCheck(
+    return Finding(
         f"extra {name}" if package == CORE else f"extra {name} of {package}",
         fine=not absent_requirements,
         required=False,
@@ -124,9 +128,9 @@ def _check_extra(name: str, package: str = CORE) -> HealthCheck:
     )
 
 
-def _check_plugin(plugin: Plugin) -> HealthCheck:
+def _check_plugin(plugin: Plugin) -> Finding:
     error = plugin.error
-    return HealthCheck(
+    return Finding(
         f"plug-in {plugin.name}",
         fine=error is None,
         required=False,
@@ -135,15 +139,15 @@ def _check_plugin(plugin: Plugin) -> HealthCheck:
     )
 
 
-def _check_attempt(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
-    """Return the result of an attempt to use a part.
+def _check_attempt(name: str, attempt: Callable[[], str], remedy: str) -> Finding:
+    """Return the finding of an attempt to use a part.
 
     :param attempt: returns the detail; raises any error if the part does not work.
     """
     try:
-        return HealthCheck(name, fine=True, required=True, detail=attempt())
+        return Finding(name, fine=True, required=True, detail=attempt())
     except Exception as error:  # noqa: BLE001 - any error is a finding for the user
-        return HealthCheck(name, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
+        return Finding(name, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
 
 
 def _try_clips() -> str:
@@ -180,13 +184,13 @@ def _find_shipped_files() -> str:
     return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
 
 
-def _check_program(name: str, programs: tuple[str, ...], consequence: str, remedy: str) -> HealthCheck:
-    """Search for the first installed of some programs.
+def _check_program(name: str, programs: tuple[str, ...], consequence: str, remedy: str) -> Finding:
+    """Return the finding of a search for programs, one of which is enough.
 
     :param consequence: the effect of missing programs, for the user.
     """
     path = next(filter(None, map(shutil.which, programs)), None)
-    return HealthCheck(
+    return Finding(
         name,
         fine=path is not None,
         required=False,

@@ -38,8 +38,8 @@ _EXHAUSTION_CODES = frozenset(
 _UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
 _CLOSED_STDOUT_CLASS = "PacifyFlushWrapper"  # the class of click's substitute for the stdout of a closed pipe
 
-# Typer depends on click or contains a copy of click, depending on its version; this finds the ClickException.
-_UsageError: type[Exception] = next(
+# Typer depends on click or contains a copy of click, depending on its version, which has the ClickException.
+_ClickException: type[Exception] = next(
     base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException"
 )
 
@@ -100,16 +100,17 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
     except CxbridgeError as error:
         complain(error)
         status = FAULT if _is_due_to_exhaustion(error) else error.exit_status
-    except _UsageError as error:
+    except _ClickException as error:
         # typer hides the class, so mypy does not know its members
-        error.message = indent_lines(error.message) + _package_hint(error)  # type: ignore[attr-defined]
+        error.message = indent_lines(error.message) + _usage_hint(error)  # type: ignore[attr-defined]
         error.show()  # type: ignore[attr-defined]
         status = USAGE
     except (typer.Abort, KeyboardInterrupt):
         say("cxbridge: interrupted", err=True)
         status = INTERRUPTED
     except BrokenPipeError:
-        # the reader of a pipe has closed it
+        # the reader of a pipe has closed it; without stderr, Python cannot report that its last flush of
+        # stdout fails, too
         sys.stderr.close()
         status = 0
     except OSError as error:
@@ -120,8 +121,11 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
     return status if isinstance(status, int) else 0
 
 
-def _package_hint(error: Exception) -> str:
-    """Return a hint to the package that has an unknown option or command; empty if there is none."""
+def _usage_hint(error: Exception) -> str:
+    """Return the line with a hint to the mistake in the arguments; empty if there is none.
+
+    The hint names the package with the unknown option or command, or explains an argument too many.
+    """
     name = getattr(error, "option_name", "")
     if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
         name = unknown[1]
@@ -140,7 +144,7 @@ def _run_app(arguments: Sequence[str] | None) -> object:
 
 
 def _report_system_error(error: OSError) -> int:
-    """Print an error of the operating system with its place; return the exit status."""
+    """Print a system error with its file, or its place in the code; return the exit status."""
     if error.filename == STDOUT:
         complain(f"cannot write to stdout: {error.strerror or error}")
         # Python flushes stdout at exit, which would fail again

@@ -62,7 +62,7 @@ CASES = {
     ("trace convert", "to"): ("trace convert RECORDED OWN/x --to cvs", "not one of mcap"),
     ("trace extract", "pattern"): ("trace extract RECORDED clps/* -o OWN/out", "no file in it matches"),
     ("trace replay", "patterns"): ("trace replay RECORDED -i Skillr* --connect BOARD", "none of its"),
-    ("interface show", "name"): ("interface show Skilr", "did you mean Skiller"),
+    ("interface show", "type_or_file"): ("interface show Skilr", "did you mean Skiller"),
     ("interface hash", "names"): ("interface hash Skilr", "did you mean Skiller"),
     ("interface compile", "names"): ("interface compile Skilr -o OWN/out", "did you mean Skiller"),
     ("ros2 package", "names"): ("ros2 package Skilr -o OWN/out", "did you mean Skiller"),
@@ -92,7 +92,7 @@ CASES = {
     ("env retract", "env"): ("env retract executve 1", "there are: executive"),
     ("env modify", "env"): ("env modify executve 1 a=1", "there are: executive"),
     ("env modify", "slots"): ("env modify executive GOAL mood=FINISHED", "did you mean mode?"),
-    ("bb list", "glob"): ("bb list Skilr*", "did you mean Skiller"),
+    ("bb list", "glob"): ("bb list Skilr*", "did you mean SkillerInterface?"),
     ("bb show", "uid"): ("bb show SkillerInterface::Skilr", "did you mean SkillerInterface::Skiller?"),
     ("bb set", "uid"): ("bb set TestInterfac::x test_int=1", "did you mean TestInterface?"),
     ("bb set", "assignments"): ("bb set TestInterface::x tst_int=1", "test_int"),
@@ -253,4 +253,4 @@ def test_misspelt_name_is_an_error(case, ask):
 def test_waiting_command_reports_missing_name(case, ask):
     status, _, error = ask(WAITING[case])
     assert status == 3
-    assert re.search(r"nothing matches \S+ yet \(did you mean Skiller", error)
+    assert re.search(r"nothing matches \S+ yet \(did you mean SkillerInterface", error)

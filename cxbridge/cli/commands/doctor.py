@@ -1,4 +1,4 @@
-"""`cxbridge doctor`: checks of the installed packages, and commands to install the missing ones."""
+"""`cxbridge doctor`: checks of the installation, and commands to install what is missing."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cxbridge.cli.console import say_result
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """Check the installed packages, and print how to install the missing ones.
+    """Check the installed packages, plug-ins and programs, and print how to install the missing ones.
 
-    Exit status: 0 all required packages work; 1 a required package is missing.
+    Exit status: 0 everything required works; 1 something required is missing or does not work.
 
     Example: cxbridge doctor
     """

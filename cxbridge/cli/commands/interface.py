@@ -64,14 +64,14 @@ def list_types(interface_dir: DefinitionDirs = None, as_json: AsJson = False) ->
 
 
 @app.command()
-def show(name: TypeOrFile, interface_dir: DefinitionDirs = None, as_json: AsJson = False) -> None:
+def show(type_or_file: TypeOrFile, interface_dir: DefinitionDirs = None, as_json: AsJson = False) -> None:
     """Show the layout of an interface: fields with offsets, messages, enums, constants, hash.
 
     Example: cxbridge interface show SkillerInterface
     """
     from cxbridge.interfaces.describe import describe_schema, describe_schema_for_json
 
-    schema = _find_schema(name, interface_dir)
+    schema = _find_schema(type_or_file, interface_dir)
     say_result(describe_schema_for_json(schema), describe_schema(schema), as_json=as_json)
 
 
@@ -92,6 +92,7 @@ def check(
     findings: list[dict[str, Any]] = []
     for file in files:
         result = check_file(file)
+        # by place; problems of the whole file, which have no line, come first
         problems = sorted(
             [*result.errors, *result.warnings], key=lambda problem: (problem.line or 0, problem.column or 0)
         )
@@ -171,10 +172,10 @@ def make_checked_registry(interface_dirs: list[Path] | None) -> InterfaceRegistr
     return InterfaceRegistry(interface_dirs or ())
 
 
-def _find_schema(name: str, interface_dirs: list[Path] | None) -> InterfaceSchema:
-    """Return the schema of a type or a definition file."""
+def _find_schema(type_or_file: str, interface_dirs: list[Path] | None) -> InterfaceSchema:
+    """Return the schema of a type, or of a definition file, which has a slash or ``.xml`` in its name."""
     from cxbridge.interfaces.xml.parser import parse_file
 
-    if name.endswith(".xml") or "/" in name:
-        return parse_file(name)
-    return make_checked_registry(interface_dirs).schema(name)
+    if type_or_file.endswith(".xml") or "/" in type_or_file:
+        return parse_file(type_or_file)
+    return make_checked_registry(interface_dirs).schema(type_or_file)

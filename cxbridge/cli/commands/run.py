@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class _OutputOptions:
-    """The output of a run."""
+    """The options for the output of a run."""
 
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result and errors only.")] = False
@@ -78,9 +78,9 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         server_names = " and ".join(server.lingering_name for server in servers if server.lingering_name)
         end_keys = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
         say(f"Serving {server_names} until {end_keys}", err=True, flush=True)
-        return _has_pressed_enter
+        return _read_enter
 
-    # with --json, stdout is only for the result, not for the output of a prompt
+    # with --json, stdout is only for the result, not for the output of the prompt of --break
     with explaining_mistakes(options), redirect_stdout(sys.stderr if output.as_json else stdout):
         result = run_scenario(options, log, attach, wait_for_user=wait_for_user)
     if not is_shown:
@@ -91,9 +91,9 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
     return result.status
 
 
-def _has_pressed_enter() -> bool:
-    """Return whether a user at the terminal has pressed Enter."""
-    if not sys.stdin.isatty():
+def _read_enter() -> bool:
+    """Read a line if it waits at the terminal; return whether a user has pressed Enter or Ctrl-D."""
+    if not sys.stdin.isatty() or not select.select([sys.stdin], [], [], 0)[0]:
         return False
-    ready, _, _ = select.select([sys.stdin], [], [], 0)
-    return bool(ready) and sys.stdin.readline() is not None
+    sys.stdin.readline()  # the shell would read a line that is left
+    return True

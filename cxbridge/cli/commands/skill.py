@@ -51,8 +51,9 @@ def execute(
 
     Ctrl-C stops the skill. With --no-wait the skill continues after the end of the command.
 
-    Exit status: 0 the skill is final; 1 the skill failed or was stopped, or another client has control; 2 bad
-    usage, or there is no Skiller; 3 the time limit was exceeded; 130 interrupted.
+    Exit status: 0 the skill is final, or has started with --no-wait; 1 the skill failed or was stopped, or
+    another client has control; 2 bad usage, there is no Skiller, or another client has control with
+    --no-wait; 3 the time limit was exceeded; 130 interrupted.
 
     Example: cxbridge skill exec 'say{text="hi"}'
     """

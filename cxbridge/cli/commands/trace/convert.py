@@ -33,6 +33,7 @@ def convert(
     from cxbridge.trace.formats.registry import copy_formats, open_run
 
     if to not in (format_names := copy_formats()):
+        # a format of a plug-in that is not installed is known by name: the hint says how to install it
         if hint := package_hint(to):
             raise CxbridgeError(f"--to cannot be '{to}'", hint=hint)
         raise typer.BadParameter(f"'{to}' is not one of {', '.join(format_names)}", param_hint="--to")

@@ -82,6 +82,7 @@ def diff(
     """
     from cxbridge.event_kinds import View
     from cxbridge.trace.compare.model import Order, parse_choice
+    from cxbridge.trace.compare.render.junit import write_junit
     from cxbridge.trace.compare.render.text import make_report
     from cxbridge.trace.compare.runs import compare_runs
     from cxbridge.trace.compare.selection import Selection
@@ -98,9 +99,11 @@ def diff(
     report = make_report(comparison, run, other_runs, selection)
     if outputs.html is not None:
         _write_page(outputs.html, page_report(report, options.to_json(), selection))
-    _print_comparison(report, outputs, options.to_json())
-    for note in _list_notes(report, selection):
-        say(note, err=True)
+    if outputs.junit is not None:
+        write_junit(outputs.junit, report)
+    _print_comparison(report, options.to_json(), as_json=outputs.as_json)
+    for warning in _list_warnings(report, selection):
+        say(warning, err=True)
     if not comparison.same:
         raise typer.Exit(1)
 
@@ -117,22 +120,15 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
 
-def _print_comparison(
-    report: ComparisonReport, outputs: _DiffOutputs, options_object: dict[str, Any]
-) -> None:
-    """Print the comparison, and write the JUnit file of the options.
+def _print_comparison(report: ComparisonReport, options_object: dict[str, Any], *, as_json: bool) -> None:
+    """Print the comparison.
 
     :param options_object: the options of the comparison, for JSON.
     """
     from cxbridge.trace.compare.render.json import report_to_json
-    from cxbridge.trace.compare.render.junit import write_junit
     from cxbridge.trace.compare.render.text import text_report
 
-    if outputs.junit is not None:
-        write_junit(outputs.junit, report)
-    say_result(
-        report_to_json(report, options_object), text_report(report), as_json=outputs.as_json, indent=None
-    )
+    say_result(report_to_json(report, options_object), text_report(report), as_json=as_json, indent=None)
 
 
 def _write_page(path: Path, document: dict[str, Any]) -> None:
@@ -143,8 +139,8 @@ def _write_page(path: Path, document: dict[str, Any]) -> None:
     write_document(path, "comparison", title, document)
 
 
-def _list_notes(report: ComparisonReport, selection: Selection) -> Iterator[str]:
-    """Yield warnings for the user."""
+def _list_warnings(report: ComparisonReport, selection: Selection) -> Iterator[str]:
+    """Yield the notes of the readers about both runs, then the patterns that match no event."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
     yield from (f"pattern '{pattern}' matches no event" for pattern in selection.unused_patterns)

@@ -23,7 +23,7 @@ def record(
     *,
     console: ConsoleOptions,
 ) -> int:
-    """Record the writes to interfaces of a blackboard, until the end of --duration, SIGINT or SIGTERM.
+    """Record the writes to interfaces of a blackboard, until the end of --duration or a signal (Ctrl-C).
 
     Interfaces that are opened later are recorded, too. If the server restarts, the recording continues after
     the reconnection. See docs/recording.md.

@@ -11,10 +11,10 @@ from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say_re
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ReplayOptions
 
-EXIT_CONNECTION_LOST = 4
+CONNECTION_LOST = 4
 """The exit status after a lost connection."""
 
-EXIT_INTERRUPTED = 130
+INTERRUPTED = 130
 """The exit status after Ctrl-C, as of a shell: 128 + 2, the number of SIGINT."""
 
 
@@ -49,5 +49,5 @@ def replay(
     say_result(report.to_json(), report.to_lines(), as_json=as_json)
     if report.end == replaying.LOST:
         complain(f"the connection to {options.url} was lost")
-        return EXIT_CONNECTION_LOST
-    return EXIT_INTERRUPTED if report.end == replaying.INTERRUPTED and not options.loop else 0
+        return CONNECTION_LOST
+    return INTERRUPTED if report.end == replaying.INTERRUPTED and not options.loop else 0
