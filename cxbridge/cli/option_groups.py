@@ -5,6 +5,9 @@ bounds, and the option is named like the field. :data:`OVERRIDES` or a ``typer.O
 define exceptions. Fields without ``Annotated`` are not options. Options of base classes come first, in the
 order of the bases. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in
 the singular.
+
+The class method ``added_groups`` of a dataclass returns further dataclasses, which plug-ins add. Their fields
+are options, too. The field ``plugin_groups`` gets those of their instances that the user has changed.
 """
 
 from __future__ import annotations
@@ -122,7 +125,7 @@ class _Group:
             for name in dict.fromkeys(_list_field_names(group_class))
             if get_origin(hints[name]) is Annotated
         ]
-        # without the method, list() returns no class
+        # without the method ``added_groups``, ``list`` is called instead, and returns an empty list
         self._added_groups = [
             _Group(added_class) for added_class in getattr(group_class, "added_groups", list)()
         ]
@@ -132,12 +135,12 @@ class _Group:
         ]
 
     def pop_options(self, values: dict[str, Any]) -> Any:
-        """Remove the values of the fields from ``values`` and return them as the dataclass."""
+        """Remove the values of the fields from ``values``; return an instance of the dataclass with them."""
         options = {parameter.name: values.pop(parameter.name) for parameter in self._own_parameters}
         for name in options.keys() & self._repeatable_fields:
             options[name] = tuple(options[name] or ())
         added_options = [group.pop_options(values) for group in self._added_groups]
-        # only the groups with a given option: a group with defaults must not change the run
+        # only the groups that differ from their defaults: a group of defaults must not change the run
         if changed_groups := tuple(
             group_options for group_options in added_options if group_options != type(group_options)()
         ):
@@ -204,7 +207,10 @@ def _make_list_hint(hint: Any) -> Any:
 
 
 def _choose_default(field: dataclasses.Field[Any]) -> Any:
-    """Return the default of a field's option; None for an empty tuple, which typer does not accept."""
+    """Return the default of a field's option.
+
+    :attr:`Parameter.empty` for a required option; None for an empty tuple, which typer does not accept.
+    """
     if field.default is dataclasses.MISSING:
         return Parameter.empty
     return None if field.default == () else field.default

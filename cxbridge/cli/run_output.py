@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
 
 _WORD_WIDTH: Final = max(len(outcome.word) for outcome in OutcomeKind)
-# The duration of a goal in seconds below which it is not printed.
+# Shorter durations of goals are not printed.
 _MIN_SHOWN_DURATION_S: Final = 0.05
 
 # The number of characters of a reason that are shown even on a narrow terminal.
@@ -49,14 +49,14 @@ def _drop_stack_trace(reason: str) -> str:
 class RunLogPrinter(ConsoleLog):
     """Prints the log lines of the run; the output of rules only with ``verbose``.
 
-    :param quiet: print errors only.
-    :param verbose: print all lines.
+    :param quiet: whether to print errors only.
+    :param verbose: whether to print all lines.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
         super().__init__(quiet=quiet, verbose=verbose)
         self._verbose = verbose
-        self._printing_thread = 0  # the thread in which a rule prints; 0 without one
+        self._printing_thread_id = 0  # the thread in which a rule prints; 0 without one
         self._is_in_clips_error = False  # whether the last line belongs to an error report of CLIPS
 
     def attach(self, run: Run) -> None:
@@ -70,25 +70,31 @@ class RunLogPrinter(ConsoleLog):
         output = run.executive.env.output
 
         def print_line(level: Level, line: str) -> None:
-            self._printing_thread = threading.get_ident()
+            self._printing_thread_id = threading.get_ident()
             try:
                 print_to_log(level, line)
             finally:
-                self._printing_thread = 0
+                self._printing_thread_id = 0
 
         print_to_log = output.redirect(print_line)  # the previous receiver of the lines
 
     def __call__(self, event: Event) -> None:
-        """Print a log line if it is to be shown."""
+        """Print a log line.
+
+        Of the separated output of rules, only errors of CLIPS are printed without ``verbose``.
+        """
         if (
             self._verbose
-            or self._printing_thread != threading.get_ident()
-            or (isinstance(event, LogLine) and self._is_clips_error(event))
+            or self._printing_thread_id != threading.get_ident()
+            or (isinstance(event, LogLine) and self._follow_clips_error(event))
         ):
             super().__call__(event)
 
-    def _is_clips_error(self, line: LogLine) -> bool:
-        """Return whether a line belongs to an error report of CLIPS, whose further lines are indented."""
+    def _follow_clips_error(self, line: LogLine) -> bool:
+        """Return whether a line belongs to an error report of CLIPS, and remember it for the next line.
+
+        The further lines of a report are indented.
+        """
         self._is_in_clips_error = line.level is Level.ERROR and (
             _CLIPS_ERROR.match(line.text) is not None
             or (self._is_in_clips_error and line.text.startswith("  "))
@@ -99,12 +105,13 @@ class RunLogPrinter(ConsoleLog):
 class RunPrinter:
     """Prints a line per ended goal, and finally the result.
 
-    :param quiet: print only the result.
+    :param quiet: whether to print only the result.
     """
 
     def __init__(self, *, quiet: bool = False) -> None:
         self._quiet = quiet
         self._colourer = TextColourer(is_on=wants_colour(sys.stdout))
+        # the number of characters in a line of the terminal; 0 without a terminal: unlimited
         self._width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
         self._agent_count = 0
         self._stdout_error: OSError | None = None
@@ -117,19 +124,24 @@ class RunPrinter:
             run.loop.add(Hook.POST_LOOP, self._raise_stdout_error)
 
     def _raise_stdout_error(self) -> None:
-        """Raise an error that stdout has caused."""
+        """Raise the error that stdout has caused, if any."""
         # raised between cycles: goals end within a call of CLIPS, through which exceptions must not pass
         if self._stdout_error is not None:
             raise self._stdout_error
 
     def print_goal(
-        self, agent: str, elapsed_s: float, goal: GoalTransition, duration_s: float | None, failure: str
+        self,
+        agent: str,
+        elapsed_s: float,
+        goal: GoalTransition,
+        duration_s: float | None,
+        failure_reason: str,
     ) -> None:
         """Print the end of a goal.
 
         :param elapsed_s: the seconds since the start of the run.
         :param duration_s: the seconds since the selection of the goal; None if the goal was not selected.
-        :param failure: the reason for a failure; empty without one.
+        :param failure_reason: empty without a failure or a known reason.
         """
         outcome = goal_outcome(goal.mode, goal.outcome)
         duration_text = (
@@ -138,21 +150,21 @@ class RunPrinter:
         agent_text = f"{agent}  " if self._agent_count > 1 else ""
         title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{duration_text}")
         time_text = f"{elapsed_s:7.1f} s"
-        reason = one_line(f": {_drop_stack_trace(failure)}" if failure else "")
+        reason_text = one_line(f": {_drop_stack_trace(failure_reason)}" if failure_reason else "")
         # with the two gaps between the three columns
         used_width = sum(map(len, (time_text, agent_text, self._format_outcome(outcome), title))) + 2 * len(
             "  "
         )
         reason_width = max(self._width - used_width, _MIN_REASON_WIDTH)
-        if self._width and len(reason) > reason_width:
-            reason = reason[: reason_width - 1] + "…"
+        if self._width and len(reason_text) > reason_width:
+            reason_text = reason_text[: reason_width - 1] + "…"
         if self._stdout_error is not None:
             return  # the loop raises the error after this cycle
         try:
             self._print(
                 self._colourer(time_text, "dim"),
                 f"{agent_text}{self._colourer(self._format_outcome(outcome), outcome.colour)}",
-                title + self._colourer(reason, outcome.colour),
+                title + self._colourer(reason_text, outcome.colour),
             )
         except OSError as error:
             self._stdout_error = error
@@ -161,9 +173,9 @@ class RunPrinter:
         return (f"{outcome.icon} " if self._colourer.is_on else "") + f"{outcome.word:{_WORD_WIDTH}}"
 
     def _print(self, *columns: str) -> None:
-        terminal = unfiltered_stream(sys.stdout)
-        terminal.write("  ".join(columns) + "\n")
-        terminal.flush()
+        stream = unfiltered_stream(sys.stdout)
+        stream.write("  ".join(columns) + "\n")
+        stream.flush()
 
     def finish(self, result: RunResult) -> None:
         """Print the goal tree and the result of the run."""
@@ -228,7 +240,7 @@ class _GoalFollower:
         if self._printed_outcomes.get(goal.goal) == goal.outcome:
             return
         self._printed_outcomes[goal.goal] = goal.outcome
-        forget_oldest(self._printed_outcomes)
+        forget_oldest(self._printed_outcomes)  # bounds the memory of a long run
         selected_us = self._selected_us.pop(goal.goal, None)
         duration_s = None if selected_us is None else (goal.time_us - selected_us) / MICROSECONDS
         elapsed_s = (goal.time_us - self._start_us) / MICROSECONDS
@@ -251,7 +263,7 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
     """Return whether text for a stream is to be coloured.
 
     ``FORCE_COLOR`` enables colours, ``NO_COLOR`` or ``FORCE_COLOR=0`` disables them; by default output to
-    terminals is coloured. Empty variables are ignored, see https://no-color.org.
+    terminals is coloured, except with ``TERM=dumb``. Empty variables are ignored, see https://no-color.org.
     """
     if environ.get("NO_COLOR") or environ.get("FORCE_COLOR") == "0":
         return False
@@ -259,7 +271,7 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
 
 
 class TextColourer:
-    """Colours text for one stream, or leaves it unchanged.
+    """Colours text, or leaves it unchanged.
 
     :param is_on: whether to use colours and icons.
     """

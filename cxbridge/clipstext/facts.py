@@ -4,10 +4,11 @@ CLIPS 6.30 prints strings within facts in quotes without escaping::
 
     (SkillerInterface (id "Skiller") (skill_string "say{text="Good bye", wait=true}") (msgid 3))
 
-A quote may therefore end a string or belong to it. The slots of the deftemplates of transitions are known: a
-slot ends where the next known slot starts, and the text between must have the form of a value. In other
-deftemplates, a quote ends the string only if the end of the slot or the next field of a multislot can follow.
-A string that contains the end of its slot and the start of the next slot is ambiguous.
+A quote may therefore end a string or belong to it. The parser first assumes that a quote ends its string
+wherever the end of the slot or the next field of a multislot can follow. If this fails or finds too few
+slots, the slots in :data:`LAYOUTS` help: a slot ends where the next known slot starts, and the text between
+must have the form of a value. A string that contains the end of its slot and the start of the next slot is
+ambiguous.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
         *("dispatch-time", "state", "executable", "error-msg", "start-time", "precondition"),
     ),
 }
-"""The slots of deftemplates in the order in which CLIPS prints them; a fact may lack some."""
+"""The slots of deftemplates in the order in which CLIPS prints them in Fawkes; a fact may lack some.
+
+The core of cxbridge declares the slots of plan-action in another order. Only the quotes separate those slots.
+"""
 
 # a value: words without quotes, or fields with at least one string, which may contain quotes
 _VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTALL)
@@ -158,7 +162,13 @@ class _LayoutParser:
         return None if slots is None else dict(reversed(slots))
 
     def _parse_reversed_slots(self, first: int, position: int) -> list[tuple[str, str]] | None:
-        """Return the slots from a position on in reverse order: each call appends its slot to later slots."""
+        """Return names and values of the slots from a position on, the last slot first.
+
+        None if the remaining text is not a sequence of known slots. The order is reversed, because each call
+        appends its slot to the later slots.
+
+        :param first: the lowest number that the next slot may have.
+        """
         if self._is_end(position):
             return []
         number = self._slot_number_at(first, position)
@@ -178,7 +188,10 @@ class _LayoutParser:
         return None
 
     def _slot_number_at(self, first: int, position: int) -> int | None:
-        """Return the number of the slot that starts at a position."""
+        """Return the number of the known slot that starts at a position; None if no slot does.
+
+        :param first: the lowest number that the slot may have.
+        """
         if not self._text.startswith(" (", position):
             return None
         for number in range(first, len(self._names)):

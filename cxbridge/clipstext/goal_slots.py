@@ -45,7 +45,7 @@ def read_slots(text: str) -> tuple[GoalSlot, ...]:
 
 
 def _make_slot(is_multi: bool, name: str, attribute_text: str) -> GoalSlot:
-    """Return a slot; without the attribute ``default``, CLIPS derives the default from the type."""
+    """Return a slot; without ``default``, CLIPS derives the default from the allowed values or the type."""
     attributes = {key: value.strip() for key, value in _ATTRIBUTE.findall(attribute_text)}
     slot_type, allowed_values = attributes.get("type", ""), attributes.get("allowed-values", "").split()
     implicit_default = (

@@ -36,7 +36,10 @@ HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED_STRING})|{_COMME
 """A string or a comment, which is not code; the group ``unclosed`` is a string without end."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)", re.ASCII)
-"""The start of a construct with kind and name, for texts with blank strings and comments."""
+"""The start of a construct with kind and name, for texts with blank strings and comments.
+
+The only construct that does not match is ``defmessage-handler``, which has two names.
+"""
 
 # The start of any construct.
 _DEFINITION: Final = re.compile(r"\(\s*def[a-z-]+\s")
@@ -99,7 +102,7 @@ class Lines(Struct, frozen=True, dict=True):
         """Return the line of a position, from 1."""
         return bisect_right(self._starts, position)
 
-    def column(self, position: int) -> int:
+    def column_at(self, position: int) -> int:
         """Return the column of a position, from 1."""
         return position - self._starts[self.line_at(position) - 1] + 1
 
@@ -204,12 +207,12 @@ def is_declaration(construct: str) -> bool:
 
 
 class Definition(Struct, frozen=True):
-    """A construct with its content.
+    """A definition: a top-level list with a name, usually a construct.
 
-    :param kind: the word that begins the construct: ``defrule``, ``deftemplate`` ...
-    :param name: the name without the module.
-    :param line: the line on which the construct begins, from 1.
-    :param node: the whole construct.
+    :param kind: the first word of the list: ``defrule``, ``deftemplate`` ...
+    :param name: the second word or node, without the module of a name.
+    :param line: the line on which the list begins, from 1.
+    :param node: the whole list.
     """
 
     kind: str
@@ -219,7 +222,7 @@ class Definition(Struct, frozen=True):
 
 
 def definitions(text: str) -> Iterator[Definition]:
-    """Yield the complete constructs of a file in order."""
+    """Yield the definitions of a file in order, without unclosed lists and lists of a single node."""
     lines = Lines(text)
     for node in read_nodes(text):
         if node.arguments:
@@ -228,7 +231,7 @@ def definitions(text: str) -> Iterator[Definition]:
 
 
 def rule_lines(text: str) -> dict[str, int]:
-    """Return the lines of the rules of a file by name; of several rules with a name the last rule counts."""
+    """Return the line of each rule of a file by name; the last of several rules with the same name counts."""
     code, lines = blank(text), Lines(text)
     constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level_lists(code))
     return {

@@ -38,8 +38,7 @@ NIL: Final = Symbol("nil")
 Value: TypeAlias = Any
 """A value: int, float, str, a class of this module, or of :mod:`cxbridge.executive.host.values`.
 
-A tuple of values is a MULTIFIELD. An exact recursive alias would cost
-more casts than it would find mistakes.
+A tuple of values is a MULTIFIELD. An exact recursive alias would cost more casts than it would find mistakes.
 """
 
 
@@ -83,13 +82,13 @@ def quoted(text: str) -> str:
 
 
 NO_CONSTANT: Final = "nil"
-"""The constant of a term that is a parameter."""
+"""The text in place of a constant, for a term of a predicate that is a parameter."""
 
 
 def constants_of(names: Sequence[str], constants: Sequence[str]) -> list[str | None]:
-    """Return the constant of each term, None for parameters.
+    """Return the constant of each term of a predicate, None for a term that is a parameter.
 
-    :param names: the slot ``param-names``.
+    :param names: the slot ``param-names``, which has a name for each term.
     :param constants: the slot ``param-constants``, in which trailing parameters may be missing.
     """
     padded_constants = chain(constants, repeat(NO_CONSTANT))

@@ -53,7 +53,7 @@ class SourcePlace:
 
         :param lines: the lines of the file.
         """
-        return cls(file, lines.line_at(offset), lines.column(offset))
+        return cls(file, lines.line_at(offset), lines.column_at(offset))
 
 
 @dataclass(frozen=True, slots=True)
