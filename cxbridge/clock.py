@@ -79,9 +79,10 @@ class Clock(ABC):
 
 
 class RealClock(Clock):
-    """The wall clock at the start plus the real time since then by the monotonic clock; never decreases.
+    """The wall clock at the start plus the scaled time since then by the monotonic clock; never decreases.
 
     :param factor: seconds of the clock per second since the start.
+    :raises ConfigError: if the factor is out of range.
     """
 
     def __init__(self, factor: float = 1.0) -> None:

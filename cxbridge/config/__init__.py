@@ -1,6 +1,6 @@
 """Fawkes' YAML configuration: typed values by path, read from files and their includes.
 
-Every value has a file and a line. docs/configuration.md describes the dialect.
+Every value from a file has the file and the line. docs/configuration.md describes the dialect.
 """
 
 from __future__ import annotations

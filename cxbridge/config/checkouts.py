@@ -46,19 +46,20 @@ class Checkouts(Struct, frozen=True):
         return next(checkouts, self.folders[-1] if self.folders else resolved.parent)
 
     def find_configuration(self, name: Path) -> Path:
-        """Return the configuration file or folder with a name in a checkout, else the name itself."""
+        """Return the file or folder of a name in the first folder ``cfg`` with it, else the name itself."""
         paths = (folder / CONFIGURATION / name for folder in self.folders)
         return next((path for path in paths if path.exists()), name)
 
     def find_matching_folders(self, pattern: str) -> list[Path]:
-        """Return the folders that match a pattern, by checkout."""
+        """Return the folders that match a pattern: those of the first checkout, sorted, then of the next."""
         return [path for folder in self.folders for path in sorted(folder.glob(pattern)) if path.is_dir()]
 
     def expand(self, configured_path: str, placeholders: dict[str, str], base: Path) -> list[Path]:
         """Return the folders of a configured path, one for each checkout that has the folder.
 
         :param configured_path: a path that may begin with a placeholder, e.g. ``@BASEDIR@/src/clips``.
-        :param placeholders: the values of ``BASEDIR`` etc.; used if no checkout has the folder.
+        :param placeholders: the values of ``BASEDIR`` etc.; that of ``BASEDIR`` is used only if no checkout
+            has the folder.
         :param base: the base of relative paths.
         """
         default = base / substitute_path(configured_path, placeholders)

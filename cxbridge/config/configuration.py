@@ -256,7 +256,10 @@ class Configuration:
         return ""
 
     def below(self, path: str) -> Configuration:
-        """Return a copy of the subtree below a path, possibly empty."""
+        """Return a copy of the values below a path, without the files and warnings.
+
+        The copy is empty if the path has neither a map nor a list of maps.
+        """
         node = self._root.find(path)
         config = Configuration()
         if node is not None and node.kind in (NodeKind.MAP, NodeKind.MAPS):
@@ -275,7 +278,7 @@ class Configuration:
     def set(self, path: str, value: Scalar | Sequence[Scalar]) -> None:
         """Set a value for this run, without writing a file.
 
-        :raises ConfigError: if the path leads through a value, or to a map.
+        :raises ConfigError: if the path leads through a value or to a map, or has too many elements.
         """
         elements = split_path(path)
         if len(elements) > MAX_DEPTH:  # the path may come from the network: quote only its beginning

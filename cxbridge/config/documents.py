@@ -78,7 +78,7 @@ class YamlList(NamedTuple):
 
 
 class YamlMap(NamedTuple):
-    """A mapping; duplicate keys are kept."""
+    """A mapping as pairs of key and value; duplicate keys are kept."""
 
     mark: Mark
     tag: str
@@ -100,7 +100,7 @@ def parse_documents(content: bytes | str, name: str) -> list[YamlNode]:
         return list(_Composer(yaml.parse(text, Loader=loader), name).build_documents())
     except yaml.MarkedYAMLError as error:
         yaml_mark = error.problem_mark or error.context_mark
-        problem = ", ".join(text for text in (error.context, error.problem) if text)
+        problem = ", ".join(filter(None, (error.context, error.problem)))
         mark = Mark(name, yaml_mark.line + 1, yaml_mark.column + 1) if yaml_mark else Mark(name)
         if "maximum nesting depth" in problem:  # PyYAML 6.0.4 reaches a separate limit first
             raise mark.error(TOO_DEEP) from None

@@ -64,12 +64,18 @@ class ConfigLoader:
         return self._builder.warnings
 
     def load_files(self, files: Iterable[Path]) -> None:
-        """Read files and their includes."""
+        """Read files and their includes.
+
+        :raises ConfigError: if a file cannot be read or is invalid.
+        """
         self._queue.extend(_QueuedFile(file, Mark()) for file in files)
         self._load_queue()
 
     def load_text(self, text: str | bytes, name: str) -> None:
-        """Read a text and its includes."""
+        """Read a text and its includes.
+
+        :raises ConfigError: if the text is invalid, or an included file cannot be read or is invalid.
+        """
         self._read(text, _QueuedFile(Path(name), Mark()), name)
         self._load_queue()
 
@@ -140,6 +146,7 @@ class ConfigLoader:
                 )
             if item.tag and item.tag not in INCLUDE_TAGS:
                 raise unknown_tag_error(item.tag, item.mark)
+            # no path has a NUL: Python would raise ValueError
             if not item.text or item.is_null or "\0" in item.text:
                 raise item.mark.error("the include is empty", "name a file or a folder")
             self._queue_include(item, queued_file)
@@ -162,7 +169,7 @@ class ConfigLoader:
         if name.endswith("/"):
             self._queue_folder(path, item.mark, chain, is_optional=is_optional)
         else:
-            self._enqueue(_QueuedFile(path, item.mark, chain, is_optional))
+            self._queue_file(_QueuedFile(path, item.mark, chain, is_optional))
 
     def _queue_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, is_optional: bool) -> None:
         try:
@@ -172,9 +179,9 @@ class ConfigLoader:
                 return
             raise _make_unreadable_error(_QueuedFile(folder, mark), error) from None
         for file in files:
-            self._enqueue(_QueuedFile(file, mark, chain, is_optional))
+            self._queue_file(_QueuedFile(file, mark, chain, is_optional))
 
-    def _enqueue(self, queued_file: _QueuedFile) -> None:
+    def _queue_file(self, queued_file: _QueuedFile) -> None:
         if queued_file.path in queued_file.chain:
             cycle = " -> ".join(str(file) for file in (*queued_file.chain, queued_file.path))
             raise queued_file.mark.error(f"the includes form a cycle: {cycle}", "remove this include")

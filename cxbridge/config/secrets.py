@@ -22,6 +22,7 @@ MASKED_TEXT: Final = "(not told)"
 
 # The words of a name: api and Key in apiKey, API and Key in APIKey.
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z0-9]+(?![a-z])")
+# The endings of words that name secrets.
 _ENDINGS: Final = tuple(
     name + plural
     for name in ("password", "passwd", "pwd", "passphrase", "secret", "token", "credential", "psk")
@@ -38,7 +39,8 @@ _USER_MAP: Final = re.compile(r"/*webview/+users/")
 _USER: Final = re.compile(r"(?<=://)(?:[^\s/:@]*:\S*|[^\s/:@]+)@")
 # A parameter of a URI with the name of a secret: token=abc in http://host/?token=abc. A masked value is kept.
 _PARAMETER: Final = re.compile(
-    rf"([?&;][^=&;\s]*(?:{'|'.join(_ENDINGS)}|(?:{'|'.join(_KEY_KINDS)})[-_]?key)=)(?!\(not told\))[^&;#\s]+",
+    rf"([?&;][^=&;\s]*(?:{'|'.join(_ENDINGS)}|(?:{'|'.join(_KEY_KINDS)})[-_]?key)=)"
+    rf"(?!{re.escape(MASKED_TEXT)})[^&;#\s]+",
     re.IGNORECASE,
 )
 _PEM: Final = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----")

@@ -126,8 +126,8 @@ class TreeBuilder:
         """Return the tree of a YAML node.
 
         :param depth: the number of path elements above the node.
-        :raises ConfigError: for an unknown tag, a value that violates its tag, a list of lists, or an invalid
-            key.
+        :raises ConfigError: for an unknown tag, a value that violates its tag, a list of lists, an invalid
+            key, a key with two values of different kinds, or values that are nested too deep.
         """
         check_tag(node)
         if isinstance(node, YamlScalar):
@@ -209,7 +209,7 @@ def _split_key(node: YamlNode) -> list[str]:
 
 
 def overlay(base: ConfigNode, upper: ConfigNode, path: str = "") -> None:
-    """Lay the tree ``upper`` over the tree ``base``, which is changed.
+    """Lay the tree ``upper`` over the tree ``base``, which is changed; null over a map changes nothing.
 
     :raises ConfigError: if a value would replace a value of another kind.
     """

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 OWNER = "cxbridge daemon client"
 """The owner of a client's interfaces, for lists of readers and writers."""
 
-SKILLER = "SkillerInterface"
+_SKILLER_TYPE = "SkillerInterface"
 _DAEMON_TYPE = "DaemonInterface"
 
 MAX_ARGUMENT_BYTES: Final = 8191
-"""The maximum number of bytes of a request's arguments as JSON."""
+"""The maximum number of bytes of a request's arguments as JSON: the field's length without the final NUL."""
 
 
 class NoAnswerError(CxbridgeError):
@@ -42,7 +42,10 @@ def _has_writer(board: BlackBoard, interface_type: str, interface_id: str) -> bo
 
 
 def check_daemon(board: BlackBoard) -> None:
-    """Raise an error if the blackboard does not belong to a daemon."""
+    """Check that the blackboard belongs to a daemon.
+
+    :raises BlackBoardError: if it does not.
+    """
     if not _has_writer(board, REQUEST_TYPE, DAEMON_ID):
         raise BlackBoardError("this blackboard has no daemon", hint="start 'cxbridge daemon' there")
 
@@ -60,7 +63,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
         daemon = feed.read_state(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
         skillers = [
             (interface.id, feed.open(interface.type, interface.id))
-            for interface in board.list(SKILLER)
+            for interface in board.list(_SKILLER_TYPE)
             if interface.has_writer
         ]
         controllers = {
@@ -96,8 +99,9 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
 
 
 def send_command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
-    """Send ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it was done.
+    """Send ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``.
 
+    :returns: whether the daemon has processed the command before the timeout.
     :raises BlackBoardError: if there is no daemon.
     """
     check_daemon(board)
@@ -128,7 +132,7 @@ def _send_and_follow(
 def _parse_reply(change: InterfaceChange) -> dict[str, Any]:
     """Return the reply in the field ``answer``.
 
-    :raises CxbridgeError: if the daemon has ended.
+    :raises BlackBoardError: if the daemon has ended.
     """
     if change.kind == "writer removed":
         raise BlackBoardError("the daemon has ended")
@@ -137,19 +141,22 @@ def _parse_reply(change: InterfaceChange) -> dict[str, Any]:
 
 
 def _check_reply(reply: dict[str, Any]) -> None:
-    """Raise an error if the daemon has refused the request."""
+    """Raise the daemon's error if it has refused the request."""
     if "error" in reply:
         raise CxbridgeError(reply["error"], hint=reply["hint"])
 
 
-def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: float) -> dict[str, Any] | None:
+def ask_why(
+    board: BlackBoard, name: str, kind: str, rule_limit: int, timeout_s: float
+) -> dict[str, Any] | None:
     """Ask a daemon about a rule, a goal, an action, a fact or the run.
 
     :param kind: ``rule``, ``goal``, ``action``, ``fact`` or ``run``; empty: a rule of this name, or else an
         object of another kind.
-    :param rules: the maximum number of firings before each step of a goal.
+    :param rule_limit: the maximum number of firings before each step of a goal.
     :returns: the reply with ``lines`` and ``data``, or None if there is no reply in time.
-    :raises CxbridgeError: if there is no daemon with an executive, or no explanation of the name.
+    :raises BlackBoardError: if there is no daemon with an executive, or it ends.
+    :raises CxbridgeError: if there is no explanation of the name.
     """
     if not _has_writer(board, EXPLAIN_TYPE, EXPLAIN_ID):
         raise BlackBoardError(
@@ -160,7 +167,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     with Feed(board, OWNER) as feed:
         interface = feed.open(EXPLAIN_TYPE, EXPLAIN_ID)
         message: Any = interface.create_message("WhyMessage")
-        message.name, message.kind, message.rules = name, kind, rules
+        message.name, message.kind, message.rules = name, kind, rule_limit
         for change in _send_and_follow(feed, interface, message, timeout_s):
             reply = _parse_reply(change)
             if change.values["msgid"] == message.id:
@@ -173,13 +180,13 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     """Send a request to a daemon and return the result; docs/debugging.md lists the verbs.
 
     :returns: a JSON value.
-    :raises CxbridgeError: if there is no daemon, or it refuses, or does not reply in time.
+    :raises NoAnswerError: if the daemon does not reply in time.
+    :raises CxbridgeError: if there is no daemon, it ends or refuses, or the arguments are too long.
     """
     check_daemon(board)
     arguments_json, token = json.dumps(arguments), uuid4().hex
-    if (
-        len(arguments_json) > MAX_ARGUMENT_BYTES
-    ):  # JSON escapes other characters than ASCII, so a character is a byte
+    # JSON escapes other characters than ASCII, so a character is a byte
+    if len(arguments_json) > MAX_ARGUMENT_BYTES:
         raise CxbridgeError(
             f"the arguments of {verb} are too long", hint=f"{MAX_ARGUMENT_BYTES} bytes at most"
         )

@@ -8,7 +8,7 @@ from cxbridge.run.recording import RecorderComponent
 
 
 class BlackBoardComponent(Component):
-    """Starts first, and therefore closes the blackboard and the shared objects after all other components."""
+    """Starts first, and therefore closes the blackboard and the run's shared objects last."""
 
     steady = True  # clients open interfaces while the daemon is paused or reset
 
@@ -20,7 +20,7 @@ class BlackBoardComponent(Component):
 
 
 class DaemonRecorder(RecorderComponent):
-    """Records all events; earlier recordings of the same name are kept.
+    """Records the events of a daemon; earlier recordings of the same name are kept.
 
     :raises TraceError: if a file cannot be written.
     """

@@ -16,11 +16,11 @@ from cxbridge.run.options import RunOptions, SourceOptions
 from cxbridge.run.source import source_of
 
 DEFAULT_CONFIG = Path("cxbridge.yaml")
-"""The name of the configuration file in errors of a daemon without one."""
+"""The file that a daemon without a configuration has in errors and in the options of its run."""
 
 
 def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
-    """Read the configuration; return the clock, bus and main loop made from it, and the daemon's settings.
+    """Read the configuration; return it with its clock, bus and main loop, and the daemon's settings.
 
     :raises CxbridgeError: if a file is missing or invalid, or a setting is invalid.
     """
@@ -35,6 +35,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
 def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     """Return the configuration with its overlays, and its file.
 
+    :raises ConfigError: if the scenario has several agents, and the options choose none.
     :raises CxbridgeError: if a file is missing or invalid.
     """
     config, file = Configuration(), DEFAULT_CONFIG

@@ -150,7 +150,8 @@ class Daemon(Run):
         """Start the components, work until a signal, a command or a failure, and stop.
 
         :returns: the exit status: 0 after a requested stop, 4 after a failure.
-        :raises CxbridgeError: if a component fails to start and the policy is to stop.
+        :raises CxbridgeError: if a component fails to start and the policy is to stop, or a file that is
+            loaded later has mistakes.
         """
         self._thread_id = get_ident()
         for warning in self.warnings:
@@ -213,12 +214,12 @@ class Daemon(Run):
         self.lifecycle.shutdown()
         self.log.info("Stopped")
 
-    def _process_urgent_message(self, message: str) -> None:
-        """Process a command on arrival that a stuck loop cannot process."""
-        if message == INTERRUPT:
+    def _process_urgent_message(self, message_type: str) -> None:
+        """Interrupt rules on the arrival of a command: on request, or if the stuck loop cannot process it."""
+        if message_type == INTERRUPT:
             self.stalls.interrupt()
         # the rules that a client resumes are stopped at a breakpoint, not stuck
-        elif message != "ResumeMessage" and self.stalls.current is not None:
+        elif message_type != "ResumeMessage" and self.stalls.current is not None:
             self.stalls.watchdog.interrupt()
 
     def _report_stall(self, stall: Stall | None) -> None:
@@ -276,7 +277,7 @@ class Daemon(Run):
         return "DEGRADED" if self.stalls.text and self._state == "RUNNING" else self._state
 
     def component_statuses(self) -> list[ComponentStatus]:
-        """Return the states of the components."""
+        """Return the states of the components; of a component with a stuck rule, the reason is the stall."""
         stall = self.stalls.current
         return [
             replace(status, reason=str(stall))
@@ -304,6 +305,7 @@ class Daemon(Run):
     def _publish(self) -> None:
         components = self.component_statuses()
         errors = (f"{status.name}: {status.reason}" for status in components if status.reason)
+        # a paused component has a reason, which is no error
         self.own_interfaces.set_field(
             "error", "" if self._state == "PAUSED" else next(errors, self.stalls.text)
         )

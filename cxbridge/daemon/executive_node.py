@@ -86,10 +86,11 @@ class ExecutiveNode(ManagedNode[BaseExecutiveComponent]):
 
     def interrupt(self) -> None:
         """Interrupt the running rules, and let no rule start; callable from any thread."""
+        # a copy, because the main loop may add and remove environments meanwhile
         for env in tuple(self.environments.values()):
             env.interrupt()
 
     def abort_rule(self) -> None:
         """Interrupt the rules of this cycle; callable from any thread."""
-        for env in tuple(self.environments.values()):
+        for env in tuple(self.environments.values()):  # a copy, as above
             env.abort_rule()

@@ -131,6 +131,6 @@ class _MessageListener(Listener):
         self._on_message = on_message
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
-        """Report a message and let it be queued."""
+        """Report a message; return True, so that the message is queued."""
         self._on_message(message.type)
         return True

@@ -117,7 +117,10 @@ class DaemonOptions(
     settings: tuple[tuple[str, Setting], ...] = ()
 
     def all_settings(self) -> Iterator[tuple[str, Setting]]:
-        """Yield the settings of options, then `settings`, by path below ``cxbridge``."""
+        """Yield path and value of each setting: of the options, of plug-ins' options, then of `settings`.
+
+        The paths are below ``cxbridge``.
+        """
         for name, path in _SETTING_BY_OPTION.items():
             value = getattr(self, name)
             if isinstance(value, tuple):

@@ -121,7 +121,7 @@ MAX_REQUESTS: Final = 16
 """The maximum number of waiting requests."""
 
 _MAX_REPLY_BYTES: Final = 262_143  # size of the interface's field for replies, without the final NUL
-_MAX_REASON_BYTES: Final = 1000  # size of the interface's field for the reason for a stop
+_MAX_REASON_BYTES: Final = 1000  # the interface's field for the reason for a stop has 1024
 _MAX_LOGGED_CHARACTERS: Final = 500  # of a request in the log
 
 
@@ -130,7 +130,7 @@ class DaemonRequests:
 
     :param node: the executive; None for a daemon without an executive.
     :param rights: the rights of clients.
-    :param components: returns the state of each component in the order of the start.
+    :param list_components: returns the states of the components in the order of the start.
     :param change_component: changes the state of a component by a transition.
     :param loop: counts the cycles.
     """
@@ -141,7 +141,7 @@ class DaemonRequests:
         bus: EventBus,
         node: ExecutiveNode | None,
         rights: Rights,
-        components: Callable[[], list[ComponentStatus]],
+        list_components: Callable[[], list[ComponentStatus]],
         change_component: Callable[[str, str], None],
         loop: MainLoop,
     ) -> None:
@@ -156,7 +156,7 @@ class DaemonRequests:
         self.context: Final = OperationContext(
             rights,
             None if node is None else lambda: node.executive,
-            lambda: [status.to_json() for status in components()],
+            lambda: [status.to_json() for status in list_components()],
             change_component,
             StateCollector(bus, node, loop).describe,
         )
@@ -209,20 +209,21 @@ class DaemonRequests:
             reply = _make_error_reply(
                 CxbridgeError(f"an internal error of cxbridge: {type(error).__name__}: {error}")
             )
-        text = json.dumps(reply | {"token": token})
-        if len(text) > _MAX_REPLY_BYTES:  # JSON escapes other characters than ASCII, so a character is a byte
+        reply_json = json.dumps(reply | {"token": token})
+        # JSON escapes other characters than ASCII, so a character is a byte
+        if len(reply_json) > _MAX_REPLY_BYTES:
             reply = _make_error_reply(
                 CxbridgeError(
                     f"the reply to '{verb}' is too long", hint="ask for fewer goals or facts at a time"
                 )
             )
-            text = json.dumps(reply | {"token": token})
-        self._interface.answer = text
+            reply_json = json.dumps(reply | {"token": token})
+        self._interface.answer = reply_json
         self._interface.mark_data_changed()
         self._interface.write()
 
     def _carry_out(self, verb: str, arguments: str) -> Any:
-        """Process a request and return the reply for JSON."""
+        """Process a request and return the result for JSON."""
         from cxbridge.daemon.operations.table import operations  # noqa: PLC0415 - keeps the start of a daemon fast
 
         operation = operations().get(verb)

@@ -39,7 +39,10 @@ class NotFoundError(CxbridgeError):
 
 
 class ParameterError(CxbridgeError):
-    """A parameter is missing, or its value has another type."""
+    """A parameter is missing, or its value has another type.
+
+    :param name: the parameter; empty if it is unknown.
+    """
 
     def __init__(self, name: str, text: str) -> None:
         super().__init__(text)
@@ -54,8 +57,9 @@ class OperationContext:
     :param find_executive: a function that returns the executive, or None while the executive is not running.
         A daemon without an executive has no such function: None.
     :param component_rows: returns the states of the components for JSON.
-    :param change_component: changes the state of a component by a transition.
-    :param describe_state: returns goals, plan-actions, skills and the log.
+    :param change_component: changes the state of a component; gets the names of component and transition.
+    :param describe_state: returns goals, plan-actions, skills and the log; gets the parameters of
+        :meth:`cxbridge.daemon.requests.StateCollector.describe`.
     """
 
     rights: Rights
@@ -88,7 +92,7 @@ class NoParameters(msgspec.Struct):
 
 _Function = Callable[[OperationContext, _Parameters], _Result]
 Handler = Callable[[OperationContext, _Parameters], object]
-"""The function of an operation; returns JSON values, or dataclasses of them."""
+"""The function of an operation; returns an object that :func:`to_json` can convert."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +107,7 @@ class Route(Generic[_Parameters]):
     :param http_function: the function to call over HTTP instead of the function of the operation.
     :param check: raises an error if a name in the path is unknown; called before the body is parsed.
     :param body: the name of the model of the body, empty without one.
-    :param names: the names in the body, by parameter, of parameters that have another name there.
+    :param names: the members of the body by parameter, for parameters whose member has another name.
     :param defaults: the defaults of parameters that the client may omit.
     :param query: the parameters of the query, with descriptions.
     :param errors: the descriptions of error replies by status.
@@ -130,6 +134,7 @@ class Operation(Generic[_Parameters]):
 
     :param name: the verb of RequestInterface.
     :param right: the right that clients need.
+    :param parameters: the class of the parameters.
     :param carry_out: the function of the operation.
     :param routes: the requests over HTTP.
     :param is_verb: whether RequestInterface offers the operation.
@@ -151,7 +156,7 @@ class Operation(Generic[_Parameters]):
         """
         try:
             return msgspec.convert(values, self.parameters, strict=strict)
-        except (msgspec.ValidationError, ValueError) as error:
+        except ValueError as error:  # msgspec's ValidationError is one
             match = _PARAMETER.search(str(error))
             if match is not None and match["missing"]:
                 raise ParameterError(match["missing"], f"'{match['missing']}' is missing") from None

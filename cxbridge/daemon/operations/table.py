@@ -26,6 +26,7 @@ def operations() -> Mapping[str, Operation[Any]]:
     return _load_operations(OPERATION_MODULES.rows)
 
 
+# the rows are the key, because they follow sys.path, which may change within a process
 @lru_cache(maxsize=4)
 def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
     operations_by_name: dict[str, Operation[Any]] = {}
@@ -46,6 +47,7 @@ def verbs() -> Mapping[str, Right]:
 def carry_out(context: OperationContext, name: str, **parameters: Any) -> Any:
     """Call an operation by name; return its result for JSON.
 
+    :param name: the name of an operation in :func:`operations`.
     :raises CxbridgeError: if the parameters are invalid, or the operation fails.
     """
     operation = operations()[name]

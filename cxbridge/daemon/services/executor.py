@@ -49,12 +49,13 @@ def run_executor(
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
 ) -> None:
-    """Serve an executor until SIGINT or SIGTERM.
+    """Serve an executor until a signal: SIGINT, SIGTERM or SIGHUP.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when the executor is on the blackboard.
     :raises CxbridgeError: if the class does not exist, no server answers at the URL, or another process has
         the id.
+    :raises SkillerError: if another process takes over the id later.
     """
     settings = parse_settings(options.settings)
     executor_class = load_executor(options.target, Path.cwd())
@@ -103,7 +104,7 @@ def _wait_for_host(open_host: Callable[[], ExecutorHost], stopped: threading.Eve
 
 
 def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
-    """Parse settings of the form ``NAME=VALUE``.
+    """Return the values of settings of the form ``NAME=VALUE``, by name.
 
     :raises SkillerError: if a setting has another form.
     """
@@ -119,7 +120,7 @@ def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
 
 
 def read_executor_states(board: BlackBoard) -> list[dict[str, Any]]:
-    """Return the states of the executors for JSON, sorted by agent."""
+    """Return the states of the executors for JSON, sorted by agent and id."""
     rows = []
     for interface in board.list("SkillExecutorInterface"):
         if interface.has_writer:
@@ -131,6 +132,7 @@ def read_executor_states(board: BlackBoard) -> list[dict[str, Any]]:
                     "executor": interface.id,
                     "agent": values["agent"],
                     "skills": values["skills"].split(),
+                    # a number without an item of the enum has no name
                     "state": getattr(values["state"], "name", str(values["state"])),
                     "skill": values["skill"],
                     "board": values["board"],

@@ -41,8 +41,8 @@ class RecordOptions:
 class ReplayOptions:
     """The options of ``cxbridge trace replay``; see its help.
 
-    :param start_s: the start in seconds since the first event of the recording.
-    :param end_s: the end in seconds since the first event of the recording.
+    :param start_s: the start in seconds since the first event of the recording; None: the first event.
+    :param end_s: the end in seconds since the first event of the recording; None: the last event.
     """
 
     run: Annotated[Path, Meta(description="An mcap file, or a file or folder of bblogger.")]

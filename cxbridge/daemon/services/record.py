@@ -84,7 +84,7 @@ def record(
     on_ready: ReadyCallback = do_nothing,
     on_progress: Callable[[RecordReport], None] = do_nothing,
 ) -> RecordReport:
-    """Record for the duration, or until SIGINT or SIGTERM.
+    """Record for the duration, or until a signal: SIGINT, SIGTERM or SIGHUP.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
@@ -119,7 +119,7 @@ def record(
         service.report_ready(f"recording {options.url}")
 
         def update_report() -> float:
-            """Update the report; return the seconds until the next update or the end of the recording."""
+            """Update the report; return the seconds until the end, without a duration until the next update."""
             seconds = report.seconds = time.monotonic() - start_s
             report.write_counts, report.skipped_count = dict(forwarder.write_counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
@@ -143,6 +143,6 @@ def record(
 
 
 def find_duplicate_output(outputs: Sequence[Path]) -> Path | None:
-    """Return an output that is named twice, or None."""
+    """Return the absolute path of an output that is named twice, or None."""
     paths = [path.absolute() for path in outputs]
     return next((path for path in paths if paths.count(path) > 1), None)
