@@ -222,7 +222,7 @@ def make_output_folders(*files: Path | None) -> None:
 
 
 def local_time(time_us: int) -> str:
-    """Return a time stamp as local time: ``never`` for 0, the number of microseconds if it is no valid time.
+    """Return a time stamp as local time: ``never`` for 0, the number of microseconds if the time is invalid.
 
     :param time_us: microseconds since the epoch.
     """

@@ -86,7 +86,7 @@ class ExecutiveNode(ManagedNode[BaseExecutiveComponent]):
 
     def interrupt(self) -> None:
         """Interrupt the running rules, and let no rule start; callable from any thread."""
-        # a copy, because the main loop may add and remove environments meanwhile
+        # a copy, because the main loop may add and remove environments in its thread
         for env in tuple(self.environments.values()):
             env.interrupt()
 

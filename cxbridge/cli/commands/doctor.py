@@ -1,4 +1,4 @@
-"""`cxbridge doctor`: checks of the installation, and commands to install what is missing."""
+"""`cxbridge doctor`: checks of the installation, and commands to install missing parts."""
 
 from __future__ import annotations
 

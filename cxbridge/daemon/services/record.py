@@ -119,7 +119,7 @@ def record(
         service.report_ready(f"recording {options.url}")
 
         def update_report() -> float:
-            """Update the report; return the seconds until the end, without a duration until the next update."""
+            """Update the report; return the seconds until the end, or else until the next update."""
             seconds = report.seconds = time.monotonic() - start_s
             report.write_counts, report.skipped_count = dict(forwarder.write_counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
