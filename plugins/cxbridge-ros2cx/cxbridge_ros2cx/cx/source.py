@@ -74,7 +74,10 @@ class CxSource(Source):
         return Packages.from_folders(folders)
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` if another option conflicts with a parameter file."""
+        """Check that the options name a parameter file, and have no conflicts with it.
+
+        :raises CxbridgeError: if they do not, or a folder of ``--ros2cx`` does not exist.
+        """
         self.check_folders()
         if self.options.scenario is None:
             raise CxbridgeError(
@@ -114,7 +117,7 @@ class CxSource(Source):
         return config
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return nothing: ``--config`` lays files over a configuration of Fawkes only."""
+        """Return no files: ``--config`` lays files over a configuration of Fawkes only."""
         return ()
 
     def choose_spec(self, config: Configuration, config_file: Path) -> tuple[str, list[str]]:
@@ -140,7 +143,7 @@ class CxSource(Source):
         # the largest fraction that is short enough; -(-a // b) rounds up
         return period_us // -(-period_us // _MAX_LOOP_PERIOD_US)
 
-    def features(self, context: Run) -> list[Feature] | None:  # noqa: ARG002 - of Source
+    def features(self, context: Run) -> list[Feature]:  # noqa: ARG002 - of Source
         """Return no features: the plug-ins of the parameters take their place."""
         return []
 
@@ -153,7 +156,7 @@ class CxSource(Source):
         parameters, packages = self.parameters, self.packages
         rights, is_inspection = (
             read_rights(context.config, skiller="none"),
-            environment is not ClipsEnvironment,
+            environment is not ClipsEnvironment,  # only commands that inspect agents use another class
         )
         node_context = NodeContext(
             parameters,
@@ -177,10 +180,10 @@ class CxSource(Source):
         return manager
 
     def calls(self, function: str) -> bool:
-        """Return whether plug-ins call a deffunction, for a request or a received goal."""
+        """Return whether plug-ins call a deffunction, for a request to a service or an action server."""
         return function.endswith(_CALLBACK_SUFFIX)
 
-    def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:
+    def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile]:
         """Return the files that the plug-ins of all environments load."""
         assert isinstance(manager, CxManager)
         return [

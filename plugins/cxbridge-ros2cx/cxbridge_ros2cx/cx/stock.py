@@ -55,7 +55,7 @@ class StockOutput(OutputRouter):
     levels: ClassVar[Mapping[bytes, Level]] = _LEVEL_BY_NAME
 
     stdout_level = Level.INFO
-    logical_name = ""  # the logical name of the last line
+    logical_name = ""  # the logical name of the last piece of output
 
     _buffer = ""
 
@@ -137,7 +137,7 @@ class StockEnvironment(ClipsEnvironment):
         if file in self._open_files:
             chain = " -> ".join(open_file.name for open_file in (*self._open_files, file))
             raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {chain}")
-        self.watcher.forget_names()
+        self.watcher.forget_names()  # the file may define deftemplates again
         self._open_files.append(file)
         try:
             with self.loader.recorded_inner_load(str(path), batch=is_batch):
@@ -145,7 +145,7 @@ class StockEnvironment(ClipsEnvironment):
         finally:
             self._open_files.pop()
 
-    def _load_star(self, file: str) -> Value:
+    def _load_star(self, file: str) -> bool:
         """Load a file for rules; return whether the file has no error, as CLIPS' function ``load*`` does."""
         with self._mark_reading(Path(file)):
             return bool(lib.Load(self.c_env, encode(file)) == lib.LE_NO_ERROR)

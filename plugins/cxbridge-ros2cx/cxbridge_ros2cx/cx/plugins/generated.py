@@ -1,7 +1,7 @@
 """The plug-ins ``cx::CX<Package><Type>Plugin``, one for each ROS message, service or action.
 
-The build of the ROS 2 CX generates these classes. Here :class:`GeneratedPlugin` reads the definition of the
-type when an environment loads the plug-in.
+The build of the ROS 2 CX generates these classes. Here :class:`GeneratedPlugin` stands in for all of
+them, and uses the definition of its type at run time.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _ENDPOINT_CLASSES: Final[dict[str, tuple[Callable[[RosPlugin, str, TypeName], En
     "action": (ActionClients, ActionServers),
 }
 
-CLASS_PATTERN: Final = re.compile(r"cx::CX(\w+)Plugin")
+CLASS_PATTERN: Final = re.compile(r"cx::CX\w+Plugin")
 # the ends of words in StdMsgsTFMessage: TF|Message, and Msgs|TF
 _CAPITALS_END: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
 _WORD_END: Final = re.compile(r"([a-z0-9])([A-Z])")

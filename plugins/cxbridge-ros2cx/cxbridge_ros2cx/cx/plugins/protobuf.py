@@ -34,12 +34,13 @@ _TEMPLATES: Final = {
     "protobuf-server-receive-failed": _FAILURE_SLOTS,
 }
 # the pattern and the action of each clean-up rule, by the last part of its name
-_CLEANUP_ACTIONS: Final = {
+_CLEANUP_PATTERNS_AND_ACTIONS: Final = {
     "receive-failed": ("(protobuf-receive-failed)", ""),
     "server-receive-failed": ("(protobuf-server-receive-failed)", ""),
     "message": ("(protobuf-msg (ptr ?message))", "(pb-destroy ?message)"),
 }
-# the low salience lets the rules of agents use a message before this rule destroys it
+# The low salience lets the rules of agents use a message before this rule destroys it. The ROS 2 CX has the
+# same salience.
 _CLEANUP_RULE: Final = (
     "(defrule protobuf-cleanup-{} (declare (salience -10000)) ?fact <- {} => {} (retract ?fact))"
 )
@@ -49,13 +50,16 @@ class _CxProtobufState(ProtobufState):
     """The protobuf state of an environment, with the values and texts of the ROS 2 CX."""
 
     def register(self, full_name: str) -> Value:
-        """Register a type; return TRUE for a registered type, too, e.g. a type of the plug-in's folders."""
+        """Register a type; return TRUE also for a type that is registered already, e.g. from the folders."""
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
     def sender_value(self, event: ReceivedMessage) -> Value:
-        """Return host and port of a sender; as in the ROS 2 CX, a message to a client has no sender."""
+        """Return the host and port of a sender; for a message to a client, 0 alone.
+
+        In the ROS 2 CX, such a message has an empty host and the port 0, and CLIPS parses the text of both.
+        """
         if event.role.value == "CLIENT":
-            return (Symbol(""),)
+            return (0,)
         return (Symbol(event.host), event.port)
 
     def time_value(self, time_us: int) -> Value:
@@ -104,7 +108,7 @@ class ProtobufPlugin(CxPlugin):
         for name, slots in _TEMPLATES.items():
             if not env.has_template(name):
                 env.build(f"(deftemplate {name} {slots})")
-        for name, (pattern, action) in _CLEANUP_ACTIONS.items():
+        for name, (pattern, action) in _CLEANUP_PATTERNS_AND_ACTIONS.items():
             env.build(_CLEANUP_RULE.format(name, pattern, action))
         self._environments.append(env)
 

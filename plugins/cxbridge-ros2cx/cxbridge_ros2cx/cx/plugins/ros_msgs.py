@@ -75,5 +75,5 @@ class RosMsgsPlugin(RosPlugin):
     def finalize(self) -> None:
         """Warn about messages that the rules never destroyed."""
         if count := len(self.messages):
-            # the text of the original; here, the messages are freed with the plug-in
+            # the text of the original; here, the messages are freed with the node
             self.log.warn(f"Found {count} message(s), cleaning up ...")

@@ -34,7 +34,10 @@ class RosParamPlugin(CxPlugin):
         env.define("ros-param-get-value", self._get_parameter, 2, types="*;sy;*")
 
     def _get_parameter(self, name: str, default: Value) -> Value:
-        """Return a parameter's value and declare it with the type of its default."""
+        """Return a parameter's value; the first call for a parameter declares it.
+
+        :raises ClipsError: if the parameter has another type than the default.
+        """
         parameter = self.parameters.find(str(name))
         default_value = _to_ros_value(default)
         value = self._declared_values.get(str(name), default_value) if parameter is None else parameter.value
@@ -65,8 +68,8 @@ def _to_ros_value(value: Value) -> ParameterValue:
 
 def _has_same_type(value: ParameterValue, default: ParameterValue) -> bool:
     if isinstance(value, tuple) and isinstance(default, tuple):
-        default = default or ("",)  # as in the ROS 2 CX, an empty list is a list of strings
-        return not value or type(value[0]) is type(default[0])
+        default = default or ("",)  # as in the ROS 2 CX, an empty default is a list of strings
+        return not value or type(value[0]) is type(default[0])  # an empty value has no type that could differ
     return type(value) is type(default)
 
 

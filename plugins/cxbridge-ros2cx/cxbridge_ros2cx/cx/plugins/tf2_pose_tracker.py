@@ -61,12 +61,12 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         """Subscribe to the transforms."""
         self._buffer = TransformBuffer()
         self._lookups: HandleTable[_PeriodicLookup] = HandleTable("timer", _FIRST_ADDRESS)
-        for topic, profile, is_static in FRAME_TOPICS:
+        for topic, profile_name, is_static in FRAME_TOPICS:
             self.ros.node.subscribe(
                 topic,
                 TF_MESSAGE_TYPE,
                 partial(self._receive, is_static=is_static),
-                PROFILES[profile],
+                PROFILES[profile_name],
                 right=Right.CONTROL,
             )
 

@@ -37,13 +37,18 @@ NO_HANDLE: Final = ExternalAddress(0)  # handle of a rejected goal
 
 # the start of a separate range of addresses, as HandleTable requires
 _FIRST_HANDLE: Final = 0x5100_0000_1000
-_RESULT_CODES: Final = {
+_RESULT_CODE_NAMES: Final = {
     GoalStatus.SUCCEEDED: "SUCCEEDED",
     GoalStatus.CANCELED: "CANCELED",
     GoalStatus.ABORTED: "ABORTED",
 }
-# names of the return codes in action_msgs/srv/CancelGoal, by number
-_RETURN_CODES: Final = ("ERROR_NONE", "ERROR_REJECTED", "ERROR_UNKNOWN_GOAL_ID", "ERROR_GOAL_TERMINATED")
+# the names in action_msgs/srv/CancelGoal, by number
+_RETURN_CODE_NAMES: Final = (
+    "ERROR_NONE",
+    "ERROR_REJECTED",
+    "ERROR_UNKNOWN_GOAL_ID",
+    "ERROR_GOAL_TERMINATED",
+)
 
 
 class _Names(Struct, frozen=True):
@@ -122,9 +127,9 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         define, prefix, names = self.plugin.define_template, self.prefix, self.names
         is_generic = self.type_name is None
         define(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_generic else {}))
-        handle = {"server": STRING, "client_goal_handle_ptr": ADDRESS}
-        define(env, f"{prefix}goal-response", **handle)
-        define(env, f"{prefix}{names.feedback}", **handle, feedback_ptr=ADDRESS)
+        goal_slots = {"server": STRING, "client_goal_handle_ptr": ADDRESS}
+        define(env, f"{prefix}goal-response", **goal_slots)
+        define(env, f"{prefix}{names.feedback}", **goal_slots, feedback_ptr=ADDRESS)
         define(
             env,
             f"{prefix}wrapped-result",
@@ -134,7 +139,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             result_ptr=ADDRESS,
         )
         if is_generic:
-            define(env, f"{prefix}cancel-response", **handle, cancel_response_ptr=ADDRESS)
+            define(env, f"{prefix}cancel-response", **goal_slots, cancel_response_ptr=ADDRESS)
         else:
             define(env, f"{prefix}cancel-goal-response", server=STRING, return_code=SYMBOL, num_goals=INTEGER)
             define(env, f"{prefix}cancel-goal-entry", server=STRING, goal_id=STRING, stamp=FLOAT)
@@ -187,7 +192,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         client.ros_client.send(fields, _GoalFactWriter(self, client.env, name, client.type_name))
 
     def _cancel_goal(self, env: ClipsEnvironment, server: str, address: ExternalAddress) -> None:
-        self.find(env, server)
+        self.find(env, server)  # an error without a client, although the handle alone determines the goal
         self.handles.find(address).cancel()
 
     def _cancel_goals_before(self, env: ClipsEnvironment, server: str, time_s: float = 0.0) -> None:
@@ -199,7 +204,12 @@ class ActionClients(ClientGroup[ClientEndpoint]):
     def assert_cancel_response(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message
     ) -> None:
-        """Assert a server's response to a cancel request."""
+        """Assert a fact for a server's response to a cancel request.
+
+        A generated plug-in also asserts a fact for each goal that the server cancels.
+
+        :param handle: the handle of the goal, for the plug-in ros_msgs.
+        """
         plugin, prefix = self.plugin, self.prefix
         if self.type_name is None:
             address = plugin.messages.add_received(
@@ -212,7 +222,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             )
             return
         code, goals = response["return_code"], response["goals_canceling"]
-        name = _RETURN_CODES[code] if 0 <= code < len(_RETURN_CODES) else "ERROR_UNKNOWN"
+        name = _RETURN_CODE_NAMES[code] if 0 <= code < len(_RETURN_CODE_NAMES) else "ERROR_UNKNOWN"
         plugin.assert_fact(
             env,
             f"{prefix}cancel-goal-response",
@@ -270,7 +280,7 @@ class _GoalFactWriter(GoalObserver):
             "wrapped-result",
             {
                 "goal-id": self._clients.format_goal_id(sent_goal),
-                "code": Symbol(_RESULT_CODES.get(sent_goal.status, "UNKNOWN")),
+                "code": Symbol(_RESULT_CODE_NAMES.get(sent_goal.status, "UNKNOWN")),
                 "result-ptr": address,
             },
         )

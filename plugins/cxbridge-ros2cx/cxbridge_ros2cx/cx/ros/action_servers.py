@@ -39,7 +39,7 @@ class _ActionServerEndpoint(Endpoint):
 class ActionServers(EndpointGroup):
     """The action servers of a generated plug-in."""
 
-    type_name: TypeName
+    type_name: TypeName  # never None: the plug-in ros_msgs has no action servers
 
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName) -> None:
         super().__init__(plugin, prefix, type_name)
@@ -112,7 +112,10 @@ class ActionServers(EndpointGroup):
         )
 
     def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
-        """Return whether a goal, the last argument, is active and has one of the preceding states."""
+        """Return TRUE if a goal has not ended and has one of some states, else FALSE.
+
+        :param arguments: the states, then the handle of the goal.
+        """
         *states, address = arguments
         assert isinstance(address, ExternalAddress)
         status = self.handles.find(address).status
@@ -148,26 +151,30 @@ class _DeffunctionGoalHandler(GoalHandler):
         self._goal_addresses: dict[bytes, ExternalAddress] = {}
 
     def _call_deffunction(self, name: str, served_goal: ServedGoal, argument: Value) -> Value:
-        """Call a deffunction with a goal and an argument.
+        """Call a deffunction with the name of the server, a goal and an argument.
 
+        :param name: the deffunction's name without the prefix and ``-callback``.
         :returns: the value of the deffunction; None without such a deffunction, :data:`_REJECTED` after an
             error.
         """
-        function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
-        goal = messages.add_received(self._servers.type_name.derive("Goal"), served_goal.goal)
+        deffunction, messages = f"{self._prefix}{name}-callback", self._plugin.messages
+        goal_address = messages.add_received(self._servers.type_name.derive("Goal"), served_goal.goal)
         try:
             with self._env.lock:
-                if not self._env.has_deffunction(function):
+                if not self._env.has_deffunction(deffunction):
                     return None
-                return self._env.call(function, self._server, goal, argument)
+                return self._env.call(deffunction, self._server, goal_address, argument)
         except ClipsError as error:
             self._plugin.log.error(str(error))
             return _REJECTED
         finally:
-            messages.destroy(goal)  # the address is valid during the call only
+            messages.destroy(goal_address)  # the address is valid during the call only
 
     def decide(self, served_goal: ServedGoal) -> GoalResponse:
-        """Let the deffunction decide about a goal; without a deffunction, accept and execute the goal."""
+        """Let the deffunction decide about a goal; without a deffunction, accept and execute the goal.
+
+        An error in the deffunction, or a value that is no response, rejects the goal.
+        """
         response = self._call_deffunction("handle-goal", served_goal, _format_goal_id(served_goal))
         if response is None:
             return GoalResponse.ACCEPT_AND_EXECUTE
@@ -186,7 +193,7 @@ class _DeffunctionGoalHandler(GoalHandler):
         )
 
     def may_cancel(self, served_goal: ServedGoal) -> bool:
-        """Let the deffunction decide about a cancel request; without a deffunction, accept the request."""
+        """Return whether the deffunction accepts a cancel request; True without a deffunction."""
         response = self._call_deffunction(
             "cancel-goal", served_goal, self._goal_addresses[served_goal.goal_id]
         )

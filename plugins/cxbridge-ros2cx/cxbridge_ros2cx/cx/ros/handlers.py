@@ -14,7 +14,10 @@ ServiceHandler = Callable[["Message"], Mapping[str, Any]]
 
 
 def wrap_handler(handler: ServiceHandler, log_error: Callable[[str], None]) -> ServiceHandler:
-    """Wrap a handler: the wrapper logs an error of the handler, and sends the error as the response."""
+    """Wrap a handler: the wrapper adds ``success`` to the response.
+
+    The wrapper logs a CxbridgeError of the handler, and returns a response with the error's message.
+    """
 
     def respond(request: Message) -> Mapping[str, Any]:
         try:

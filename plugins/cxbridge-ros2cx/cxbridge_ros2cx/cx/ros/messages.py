@@ -29,6 +29,7 @@ _BIT_WIDTHS: Final = {f"{sign}int{bits}": bits for bits in (8, 16, 32, 64) for s
     "octet": 8,
 }
 # Fixed numbers in place of real addresses: CLIPS prints addresses, and a repeated run must print the same.
+# The step is chosen freely.
 _FIRST_ADDRESS: Final = 0x5000_0000_1000
 _ADDRESS_STEP: Final = 0x40
 
@@ -43,8 +44,9 @@ class FieldError(ClipsError):
 
 
 class MessageView(Struct, eq=False):
-    """A message at an address, or a nested message.
+    """A view of the message at an address, which may be nested in another message.
 
+    :param fields: the fields of the message itself: a change changes the message.
     :param parent: the address of the message that contains this message; None for a whole message.
     """
 
@@ -115,7 +117,8 @@ class MessageTable:
     def get(self, address: ExternalAddress, field: str) -> Value:
         """Return the value of a field.
 
-        :raises ClipsError: if the message or field is unknown.
+        :raises FieldError: if the field is unknown.
+        :raises ClipsError: if the message is unknown.
         """
         view = self.find(address)
         match self.find_field_type(view, field):
@@ -144,7 +147,8 @@ class MessageTable:
     def set(self, address: ExternalAddress, field: str, value: Value) -> None:
         """Set a field.
 
-        :raises ClipsError: if the message or field is unknown, or the value does not fit.
+        :raises FieldError: if the field is unknown, or the value does not fit.
+        :raises ClipsError: if the message is unknown.
         """
         view = self.find(address)
         kind, details = field_type = self.find_field_type(view, field)
@@ -181,7 +185,10 @@ class MessageTable:
         return field_value
 
     def _move_fields(self, type_name: TypeName, value: Value, field: str, previous: Any) -> Fields:
-        """Return the fields of the message at the address `value`, and empty that message."""
+        """Return the fields of the message at the address `value`, and empty that message.
+
+        :raises FieldError: if there is no message at the address, or the message has another type.
+        """
         view = self._views.get(value) if isinstance(value, ExternalAddress) else None
         if view is None:
             raise FieldError(
@@ -216,7 +223,7 @@ def _describe_value(value: Value) -> str:
 
 
 def _to_bool(value: Value, _type_name: str) -> bool | None:
-    return value == "TRUE" if isinstance(value, str) else None
+    return value == "TRUE" if isinstance(value, str) else None  # as in the ROS 2 CX, other symbols are false
 
 
 def _to_integer(value: Value, type_name: str) -> int | None:

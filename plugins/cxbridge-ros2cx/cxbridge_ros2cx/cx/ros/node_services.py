@@ -104,6 +104,10 @@ class NodeServices(Closing):
     # --- environments -------------------------------------------------------------------------------------
 
     def _require_environment(self, request: Message, error: str = "unknown environment") -> str:
+        """Return the name of a request's environment.
+
+        :raises CxbridgeError: if there is no such environment.
+        """
         if request["env_name"] not in self._manager.environments:
             raise CxbridgeError(error)
         return str(request["env_name"])
@@ -201,7 +205,7 @@ class Bond(Closing):
 
     @classmethod
     def from_parameters(cls, manager: CxManager) -> Bond | None:
-        """Return the bond that the parameters configure; None without a heartbeat period."""
+        """Return the bond that the parameters configure; None without a positive heartbeat period."""
         period_s = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
         return cls(manager, period_s) if period_s > 0.0 else None
 

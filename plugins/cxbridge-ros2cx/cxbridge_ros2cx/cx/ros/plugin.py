@@ -57,6 +57,10 @@ class HandleTable(Generic[ObjectT]):
         return address
 
     def find(self, address: ExternalAddress) -> ObjectT:
+        """Return the object at an address.
+
+        :raises ClipsError: if the address is unknown, e.g. after :meth:`destroy`.
+        """
         if address not in self._objects_by_address:
             raise ClipsError(f"Unknown {self._noun}")
         return self._objects_by_address[address]
@@ -205,7 +209,7 @@ class EndpointTable(Generic[EndpointT]):
         group.tables.append(self)
         # endpoints and the indices of their facts by environment and name; None: CLIPS has refused the fact
         self._endpoints: dict[tuple[str, str], EndpointT] = {}
-        self._facts: dict[tuple[str, str], int | None] = {}
+        self._fact_indices: dict[tuple[str, str], int | None] = {}
 
     def add(
         self,
@@ -216,14 +220,14 @@ class EndpointTable(Generic[EndpointT]):
         slots: Mapping[str, Value],
     ) -> None:
         """Assert the fact of an open endpoint, and store the endpoint."""
-        self._facts[env.name, str(name)] = self._plugin.assert_fact(env, template, slots)
+        self._fact_indices[env.name, str(name)] = self._plugin.assert_fact(env, template, slots)
         self._endpoints[env.name, str(name)] = endpoint
 
     def get(self, env: ClipsEnvironment, name: str) -> EndpointT | None:
         return self._endpoints.get((env.name, str(name)))
 
     def items(self) -> list[tuple[str, EndpointT]]:
-        """Return names and endpoints of all environments."""
+        """Return the endpoints of all environments, each with its name."""
         return [(name, endpoint) for (_, name), endpoint in self._endpoints.items()]
 
     def close_endpoint(self, env: ClipsEnvironment, name: str) -> None:
@@ -233,15 +237,15 @@ class EndpointTable(Generic[EndpointT]):
             self._plugin.log.warn(self._unknown_text.format(name=name, env=env.name))
             return
         endpoint.close()
-        fact = self._facts.pop((env.name, str(name)))
-        if fact is not None and not self._keeps_facts:
-            env.retract(fact)
+        fact_index = self._fact_indices.pop((env.name, str(name)))
+        if fact_index is not None and not self._keeps_facts:
+            env.retract(fact_index)
 
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints that an environment has left open, with a warning."""
-        for owner, name in list(self._endpoints):
-            if owner == env.name:
-                self._endpoints.pop((owner, name)).close()
+        for env_name, name in list(self._endpoints):
+            if env_name == env.name:
+                self._endpoints.pop((env_name, name)).close()
                 self._plugin.log.warn(f"Environment {env.name} has open {name} {self._noun}, cleaning up ...")
 
 
@@ -303,6 +307,11 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
     clients: EndpointTable[ClientT]
 
     def find(self, env: ClipsEnvironment, name: str) -> ClientT:
+        """Return an environment's client.
+
+        :param name: the name of the service or action.
+        :raises ClipsError: if there is no such client.
+        """
         client = self.clients.get(env, name)
         if client is None:
             raise ClipsError(f"there is no client of {name}: create a client of the {self.client_noun} first")
@@ -342,4 +351,7 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
 
     @abstractmethod
     def call(self, name: str, client: ClientT, fields: Mapping[str, Any]) -> object:
-        """Send a message to the server."""
+        """Send a message to the server.
+
+        A subclass may return a value; callers that know only this class ignore the value.
+        """

@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from cxbridge_ros2.names import TypeName
     from cxbridge_ros2.node import SendResponse
 
-MAX_DISCOVERY_S: Final = 1.0  # real time from the creation of a client to the discovery of its server
-_POLL_PERIOD_S: Final = 0.01  # time between two checks for the server
+# real time from the creation of a client to the discovery of its server; the ROS 2 CX waits 1 s, too, though
+# from the request
+MAX_DISCOVERY_S: Final = 1.0
+_POLL_PERIOD_S: Final = 0.01  # time between two checks for the server: short compared to the discovery
 
 
 class _ServiceClient(ClientEndpoint, kw_only=True):
@@ -107,7 +109,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         return self.call(str(service), client, fields)
 
     def _wait_for_server(self, client: _ServiceClient) -> bool:
-        """Return whether a server exists; on a real clock, wait for its discovery."""
+        """Return whether a server exists; on a real clock, wait for its discovery for a limited time."""
         deadline_s = client.creation_s + MAX_DISCOVERY_S
         while not client.ros_client.has_server:
             if self.plugin.context.clock.is_virtual or time.monotonic() >= deadline_s:
@@ -116,6 +118,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         return True
 
     def call(self, name: str, client: _ServiceClient, fields: Mapping[str, Any]) -> int:
+        """Send a request and return its number."""
         number = next(self.plugin.ros.request_numbers)
 
         def add_response(response: Message) -> None:
@@ -180,16 +183,16 @@ class ServiceServers(EndpointGroup):
         self, env: ClipsEnvironment, service: str, type_name: TypeName, request: Message, reply: SendResponse
     ) -> None:
         """Call the deffunction for a request at once, and send the response that the deffunction filled."""
-        function = f"{service if self.type_name is None else self.prefix.rstrip('-')}-service-callback"
+        deffunction = f"{service if self.type_name is None else self.prefix.rstrip('-')}-service-callback"
         messages, log = self.plugin.messages, self.plugin.log
         request_address = messages.add_received(type_name.derive("Request"), request)
         response_address = messages.create(type_name.derive("Response"))
         try:
             with env.lock:
-                if env.has_deffunction(function):
-                    env.call(function, service, request_address, response_address)
+                if env.has_deffunction(deffunction):
+                    env.call(deffunction, service, request_address, response_address)
                 else:
-                    log.warn(f"{function} not defined, skip callback")
+                    log.warn(f"{deffunction} not defined, skip callback")
         except ClipsError as error:
             log.error(str(error))
         try:

@@ -1,4 +1,4 @@
-; Publishes a question on /question, then switches the light on.
+; Publishes a question on /question, and switches the light on after the answer.
 
 ; at the end of a run, (executive-finalize) keeps this rule from firing again after `close-connections`
 (defrule open-connections
@@ -9,6 +9,8 @@
   (ros-msgs-create-subscription "answer" "std_msgs/msg/String")
   (ros-msgs-create-client "light" "std_srvs/srv/SetBool"))
 
+; (time ?) holds the rule back until the first tick, when each environment has opened its connections: a
+; message that is published before a subscription is lost
 (defrule publish-question
   (time ?)
   (ros-msgs-publisher (topic "question"))

@@ -9,7 +9,8 @@
   =>
   (cxbridge-examples-count-create-client "count"))
 
-; sends the goal with the lowest number; (sent GOAL) keeps the goal's message until its result
+; sends the goal with the lowest number, from the first tick on: (time ?) is a fact of a tick;
+; (sent GOAL) keeps the goal's message until its result
 (defrule send-next-goal
   (time ?)
   (cxbridge-examples-count-client (server ?server))

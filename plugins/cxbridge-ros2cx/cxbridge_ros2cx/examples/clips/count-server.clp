@@ -1,4 +1,5 @@
-; Counts to the goal, one number each tick; rejects negative goals, and accepts cancellation.
+; Counts to the goal, one number each tick; rejects negative goals. Without a function
+; cxbridge-examples-count-cancel-goal-callback, the server accepts each cancel request.
 
 ; `last` is the time of the last count, so that each tick counts only once
 (deftemplate counting (slot handle) (slot to) (multislot counted) (slot last (default 0.0)))

@@ -7,6 +7,7 @@
   (printout info "hello" crlf)
   (assert (greeted)))
 
+; each tick has its own fact (time SECONDS)
 (defrule count-ticks
   (time ?)
   =>

@@ -20,6 +20,7 @@
   (ros-msgs-create-client "/pddl_manager/set_goals" "cx_pddl_interfaces/srv/SetGoals")
   (cx-pddl-interfaces-plan-temporal-create-client "/pddl_manager/temp_plan"))
 
+; (time ?) is a fact of a tick: the rule fires at the first tick
 (defrule add-problem
   (time ?)
   (ros-msgs-client (service "/pddl_manager/add_pddl_instance"))
@@ -30,6 +31,7 @@
     name home domain_file "domain.pddl" problem_file "problem.pddl"
     directory (str-cat (ament-index-get-package-share-directory "cxbridge_examples") "/pddl")))
 
+; `base` is the goal that each problem of pddl_manager has from the start, here without fluents
 (defrule set-goal
   ?fact <- (ros-msgs-response (service "/pddl_manager/add_pddl_instance") (msg-ptr ?response))
   =>
