@@ -77,7 +77,10 @@ class MoveExecutor(SkillExecutor):
         self.position = self.positions["wp_init"]
 
     def execute(self, call: SkillCall) -> Steps:
-        """Report the progress and the remaining distance twice a second."""
+        """Report the progress and the remaining distance twice a second.
+
+        :raises SkillFailedError: if the waypoint is unknown.
+        """
         if (target_position := self.positions.get(call.text("3"))) is None:
             raise SkillFailedError(
                 f"unknown waypoint {call.text('3')}, not one of {', '.join(self.positions)}"

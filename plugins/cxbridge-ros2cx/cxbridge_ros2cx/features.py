@@ -45,7 +45,7 @@ def make_features(
     """
     parser, redefine_warning = PddlParserFeature(), RedefineWarningFeature()
     redefine_warning.name = REDEFINE_FEATURE
-    plugins: dict[str, Callable[[], Feature]] = {
+    feature_makers: dict[str, Callable[[], Feature]] = {  # by plugin
         # plans are for the domain that the parser feature has parsed last
         "cx::Plansys2Feature": lambda: PlanSys2Feature(
             PlannerSettings.from_config(config), parser.domain_of, make_planning
@@ -61,13 +61,13 @@ def make_features(
     }
     features: list[Feature] = [ConfvalFeature(config), redefine_warning]
     for entry in entries:
-        if entry.plugin not in plugins:
+        if entry.plugin not in feature_makers:
             raise ConfigError(
                 f"there is no plugin '{entry.plugin}' for the feature '{entry.name}'",
                 file=entry.file,
                 line=entry.line,
-                hint=f"use one of: {', '.join(plugins)}",
+                hint=f"use one of: {', '.join(feature_makers)}",
             )
-        features.append(plugins[entry.plugin]())
+        features.append(feature_makers[entry.plugin]())
         features[-1].name = entry.name
     return features

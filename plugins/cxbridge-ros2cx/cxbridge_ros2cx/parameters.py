@@ -38,6 +38,8 @@ class FeatureEntry(Struct, frozen=True):
 
     :param name: the name by which rules request the feature.
     :param plugin: the C++ class of the feature, e.g. ``cx::Plansys2Feature``.
+    :param file: the file that names the plugin; None if unknown.
+    :param line: the line in the file; None if unknown.
     """
 
     name: str
@@ -50,7 +52,7 @@ def load_executive_parameters(folder: Path) -> Configuration:
     """Read the executive's parameters from a folder of parameter files.
 
     :returns: a configuration with the tree ``/clips-executive``.
-    :raises ConfigError: if the file is missing or has no parameters of the executive.
+    :raises ConfigError: if the file is unreadable or has no parameters of the executive.
     """
     file = folder / EXECUTIVE_FILE
     ros_parameters = Configuration.load(file)
@@ -71,7 +73,8 @@ def load_executive_parameters(folder: Path) -> Configuration:
 def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
     """Read the features from the parameter files.
 
-    :raises ConfigError: if the file or a plugin is missing, or a feature is listed twice.
+    :raises ConfigError: if the file is unreadable, the list or a plugin is missing, or a feature is listed
+        twice.
     """
     file = folder / FEATURES_FILE
     config = Configuration.load(file)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _PlanArguments:
-    """The arguments of a ``psys2-call-planner``.
+    """The arguments of a call of ``psys2-call-planner``.
 
     :param formula: the goal in PDDL.
     """

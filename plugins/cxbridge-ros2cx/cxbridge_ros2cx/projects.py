@@ -25,7 +25,7 @@ _TEMPLATES: Final = Path(__file__).parent / "templates"
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2CxTemplate(Template):
-    """A project that refers to an agent for ROS 2, whose files stay in place."""
+    """The template of a project that refers to an agent for ROS 2, whose files stay in place."""
 
     from_ros2cx: Annotated[
         Path | None,
@@ -51,6 +51,10 @@ class Ros2CxTemplate(Template):
 
 
 def _read_node_template(name: str, parameter_file: Path, package_folder: Path | None) -> dict[str, str]:
+    """Return the text of each project file by its path, with the placeholders replaced.
+
+    :raises CxbridgeError: if the file has no parameters of ``clips_manager``, or the agent is invalid.
+    """
     options = options_from_keywords(parameter_file, ros2cx=package_folder)
     if not is_clips_manager_agent(options):
         raise CxbridgeError(
@@ -61,7 +65,8 @@ def _read_node_template(name: str, parameter_file: Path, package_folder: Path | 
     # an invalid agent is an error before any file of the project is written
     options.check()
     source_of(options).load_configuration()
-    # NAME_TEXT is for a string of Python or JSON, NAME_JSON for a value of JSON, the rest for plain text
+    # Placeholders with _TEXT are for strings of Python or JSON, with _JSON for a string or null in JSON.
+    # @ARGUMENTS@ is for a shell, and the remaining placeholders are for plain text.
     replacements = {
         "@NAME@": name,
         "@PARAMS@": str(parameter_file),

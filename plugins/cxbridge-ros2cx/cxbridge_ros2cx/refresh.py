@@ -1,4 +1,4 @@
-"""The timer of an executive for ROS 2, whose parameters configure the rate at which the rules run.
+"""A periodic timer like those of ROS, e.g. for the runs of the rules, heartbeats and lookups.
 
 The thesis' executive, ros2-clips-executive (2021), runs the rules in the callback of a ROS wall timer. When a
 callback takes longer than the period, the next callback follows at once, before any other work of the
@@ -23,7 +23,7 @@ class RefreshTimer:
         self._is_late = False
 
     def advance_if_due(self) -> bool:
-        """Return whether the timer is due; if so, schedule the next due time."""
+        """Return whether the timer is due; if its due time has passed, schedule the next one."""
         if self._is_late:
             self._is_late = False
             return True

@@ -34,7 +34,8 @@ class Ros2CxSettings(Struct, frozen=True):
     def from_config(cls, config: Configuration) -> Ros2CxSettings:
         """Read the settings.
 
-        :raises ConfigError: if a key or mode is unknown.
+        :raises ConfigError: if a key or mode is unknown, a value has the wrong type, or ``removal-blocks`` is
+            set without the mode ``original``.
         """
         for key in config.keys(TREE):
             if key not in _KEYS:

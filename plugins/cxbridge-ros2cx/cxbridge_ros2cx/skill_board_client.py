@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 class SkillBoardClient:
     """Requests executors for skills, and creates dummies.
 
-    No dummy replaces a vanished executor. An agent without executors gets no dummy either if executors of
-    other agents exist. In both cases a dummy would hide an error, which the timeout of the request reports.
+    No dummy replaces a vanished executor. An unconfigured agent without executors gets no dummy either if
+    other agents are configured or have executors. In both cases a dummy would hide an error, which the
+    timeout of the request reports.
 
     :param service: the skill board, which also runs the executors of this process.
     :param run: the run, for new executors.
@@ -64,9 +65,10 @@ class SkillBoardClient:
         on_change: Callable[[Master], None],
         skill_id: str = "",
     ) -> Master:
-        """Request the execution of a skill, by a dummy if necessary.
+        """Request the execution of a skill, by a dummy if necessary; return the master of the skill.
 
-        :param skill_id: the id of the call in the facts of the agent, the display name of the master.
+        :param on_change: called after each change of the master.
+        :param skill_id: the id of the call in the facts of the agent, and the display name of the master.
         :raises SkillError: if names or parameters do not fit into messages.
         """
         self._service.settle()  # register executors that appeared since the last loop
@@ -97,13 +99,13 @@ class SkillBoardClient:
         served_agents = {name for name, _ in offered_skills - self._dummy_skills}
         return agent in served_agents if served_agents or self._agents else True
 
-    def check_timeout(self, action: SkillAction) -> None:
+    def apply_timeout(self, action: SkillAction) -> None:
         """Fail an action without a response after the timeout of the thesis' executive.
 
-        Only the mode ``original`` needs this check; otherwise the board times out actions itself.
+        Only the mode ``original`` needs this call; otherwise the board times out actions itself.
         """
         if isinstance(action, ThesisMaster):
-            action.check_timeout(self._run.clock.now_us())
+            action.apply_timeout(self._run.clock.now_us())
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether the action was still running.

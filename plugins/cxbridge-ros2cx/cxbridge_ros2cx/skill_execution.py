@@ -64,7 +64,7 @@ class SkillExecutionFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         self._skills_by_environment[env.name] = environment_skills = _EnvironmentSkills(env, self)
         env.define("call-skill-execution", environment_skills.call, 5, types="*;sy;sy;sy;sy;sy")
-        env.define("call-skill-read", environment_skills.read)
+        env.define("call-skill-read", environment_skills.assert_states)
         env.define("call-skill-cancel", environment_skills.cancel, 1, types="*;sy")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
@@ -132,8 +132,8 @@ class _EnvironmentSkills:
     def _request_skill(
         self, skill_id: str, action_name: str, parameter_text: str, mapped_action: str, agent: str
     ) -> _SkillCall:
-        skills = self._feature.get_skill_board()
-        if skills is None:
+        skill_board = self._feature.get_skill_board()
+        if skill_board is None:
             return _SkillCall(skill_id, agent, None, "there is no skill board")
         # the thesis' executive splits at each blank, and passes an empty parameter to a skill without any
         parameter_texts = (
@@ -144,7 +144,7 @@ class _EnvironmentSkills:
             parameters[MAPPED_ACTION] = mapped_action
         try:
             # no callback for changes, since each tick reads the state
-            skill_action = skills.ask(
+            skill_action = skill_board.ask(
                 action_name, parameters, agent or NO_AGENT, lambda _action: None, skill_id
             )
         except CxbridgeError as error:
@@ -152,19 +152,19 @@ class _EnvironmentSkills:
             return _SkillCall(skill_id, agent, None, str(error))
         return _SkillCall(skill_id, agent, skill_action)
 
-    def read(self) -> None:
-        """Assert the state of each skill, and remove the ended skills."""
+    def assert_states(self) -> None:
+        """Assert simulated effects and the state of each skill, and remove the ended skills."""
         self._sensors.assert_effects()
         if not self._feature.repeats_defects and self._env.has_template(_FEEDBACK_TEMPLATE):
             # A fact of an earlier tick would set a skill back to its old state. The rule of skills.clp that
             # retracts these facts is never defined, because a parenthesis is missing.
             for index, _template, _slots in list(self._env.facts(_FEEDBACK_TEMPLATE)):
                 self._env.retract(index)
-        skills = self._feature.get_skill_board()
+        skill_board = self._feature.get_skill_board()
         for agent, call in sorted(self._calls.items()):
             action = call.action
-            if skills is not None and action is not None:
-                skills.check_timeout(action)
+            if skill_board is not None and action is not None:
+                skill_board.apply_timeout(action)
             status, error = call.feedback
             self._env.assert_fact(
                 _FEEDBACK_TEMPLATE,
@@ -175,7 +175,9 @@ class _EnvironmentSkills:
                     "error": error,
                 },
             )
-            is_unsensed = skills is not None and action is not None and skills.lacks_sensors(action.executor)
+            is_unsensed = (
+                skill_board is not None and action is not None and skill_board.lacks_sensors(action.executor)
+            )
             if is_unsensed and status == "S_FINAL":
                 # before the rules run, since at the end of a skill the rules retract the fact that connects
                 # the skill with its plan-action
@@ -192,9 +194,9 @@ class _EnvironmentSkills:
             self._cancel_action(call)
 
     def _cancel_action(self, call: _SkillCall) -> None:
-        skills = self._feature.get_skill_board()
-        if skills is not None and call.action is not None:
-            skills.stop(call.action.number)
+        skill_board = self._feature.get_skill_board()
+        if skill_board is not None and call.action is not None:
+            skill_board.stop(call.action.number)
 
     def close(self) -> None:
         """Cancel all skills."""
@@ -239,14 +241,17 @@ class SimulatedSensors:
                     slots["name"], slots["param-values"], is_true=slots["type"] == "POSITIVE"
                 )
 
-    def _set_domain_fact(self, predicate: Value, values: Value, *, is_true: bool) -> None:
+    def _set_domain_fact(self, predicate: Value, parameter_values: Value, *, is_true: bool) -> None:
+        """Assert or retract a domain fact, unless it has the required truth value already."""
         indices = [
             index
             for index, _, slots in self._env.facts("domain-fact")
-            if slots["name"] == predicate and slots["param-values"] == values
+            if slots["name"] == predicate and slots["param-values"] == parameter_values
         ]
         if is_true and not indices:
-            self._env.assert_fact("domain-fact", {"name": Symbol(str(predicate)), "param-values": values})
+            self._env.assert_fact(
+                "domain-fact", {"name": Symbol(str(predicate)), "param-values": parameter_values}
+            )
         elif not is_true:
             for index in indices:
                 self._env.retract(index)

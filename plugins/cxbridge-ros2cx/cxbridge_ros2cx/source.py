@@ -56,8 +56,9 @@ class Ros2CxSource(Source):
     has_fawkes_configuration = False
 
     _refresh_timer: RefreshTimer | None = None
-    _skills: SkillBoardClient | None = None
-    # the service of `_skills`: a restarted component of a daemon has a new service, which needs new skills
+    _board_client: SkillBoardClient | None = None
+    # the service of `_board_client`: a restarted component of a daemon has a new service, so it needs a new
+    # client
     _skill_service: SkillBoardService | None = None
 
     @property
@@ -70,7 +71,10 @@ class Ros2CxSource(Source):
         return Ros2CxCheckout.open(self.options.option("ros2cx"))
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` if another option conflicts with ``--ros2cx``."""
+        """Check that no other option conflicts with ``--ros2cx``.
+
+        :raises CxbridgeError: if an option conflicts, or the checkout does not exist.
+        """
         self.check_folders()
         options = self.options
         if options.core is not None:
@@ -154,21 +158,21 @@ class Ros2CxSource(Source):
     def prepare_board(self, context: Run) -> None:
         """Add the executors of ``--executor``."""
         for executor_option in self.options.option("executors"):
-            skills = self._find_board_client(context)
-            assert skills is not None  # this method is only called for a run with a board
-            skills.add_executor(executor_option)
+            board_client = self._ensure_board_client(context)
+            assert board_client is not None  # this method is only called for a run with a board
+            board_client.add_executor(executor_option)
 
-    def _find_board_client(self, context: Run) -> SkillBoardClient | None:
-        """Return the executive's interface to the skill board; None while the run has no board."""
+    def _ensure_board_client(self, context: Run) -> SkillBoardClient | None:
+        """Return the client of the skill board, made at the first call; None while the run has no board."""
         service = context.skill_service
         if service is None:
             return None
-        if self._skills is None or self._skill_service is not service:
+        if self._board_client is None or self._skill_service is not service:
             assert context.skill_board is not None  # the settings of the board, which a run with a board has
             settings = Ros2CxSettings.from_config(context.config)
             self._skill_service = service
-            self._skills = SkillBoardClient(service, context, context.skill_board, settings)
-        return self._skills
+            self._board_client = SkillBoardClient(service, context, context.skill_board, settings)
+        return self._board_client
 
     def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""
@@ -183,7 +187,7 @@ class Ros2CxSource(Source):
             load_feature_entries(self._checkout.parameter_folder),
             context.config,
             context.board,
-            lambda: self._find_board_client(context),
+            lambda: self._ensure_board_client(context),
             record_blocking,
             service_maker(context, PlannerSettings.from_config(context.config)),
         )
@@ -200,7 +204,10 @@ class Ros2CxSource(Source):
         self._refresh_timer = RefreshTimer(clock, read_refresh_period_us(config))
 
     def think(self, executive: Executive) -> int:
-        """Run the rules as often as the timer is due; a run that the debugger has stopped resumes at once."""
+        """Run the rules as often as the timer is due, and return the number of firings.
+
+        A run that the debugger has stopped resumes at once.
+        """
         if self._refresh_timer is None or executive.is_within_loop:
             return executive.loop()
         fired_count = 0

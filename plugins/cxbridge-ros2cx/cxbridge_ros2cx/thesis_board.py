@@ -36,7 +36,7 @@ class ThesisMaster(Master):
 
     __slots__ = ()
 
-    def check_timeout(self, now_us: int) -> None:
+    def apply_timeout(self, now_us: int) -> None:
         """Fail after :data:`RESPONSE_TIMEOUT_S` without a response. The rules call this once per tick."""
         if self.state is MasterState.ASKING and now_us > self._start_deadline_us:
             agent = "" if self.agent == NO_AGENT else self.agent
@@ -58,7 +58,7 @@ class ThesisMaster(Master):
         """Handle feedback of the last confirmed executor."""
         if executor == self.executor and self.has_executor:
             super().handle_feedback(executor, progress, text, now_us)
-            self.deadline_us = _NEVER_US
+            self.deadline_us = _NEVER_US  # the base class has set a deadline for the next feedback
 
     def handle_finish(
         self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = ""
@@ -73,11 +73,11 @@ class ThesisMaster(Master):
     def handle_loss(self, executor: str) -> None:
         """Ignore that an executor has vanished."""
 
-    def handle_undelivered(self, executor: str, why: str) -> None:
+    def handle_undelivered(self, executor: str, reason: str) -> None:
         """Ignore failed delivery."""
 
     def cancel(self, now_us: int) -> bool:  # noqa: ARG002 - cancelling has no deadline here
-        """Send CANCEL to the executor; do nothing if no executor has responded."""
+        """Send CANCEL to a confirmed executor that has not finished; return whether there is one."""
         if not self.has_executor:
             return False
         self._sender.cancel(self.executor, self.number)
@@ -85,7 +85,7 @@ class ThesisMaster(Master):
         return True
 
     def expire(self) -> None:
-        """Ignore the deadline: only :meth:`check_timeout` times out."""
+        """Ignore the deadline: only :meth:`apply_timeout` times out."""
         self.deadline_us = _NEVER_US
 
 
@@ -103,7 +103,7 @@ class ThesisBoard(TopicBoard):
     """A board with the defects of the thesis' executive."""
 
     master_class = ThesisMaster
-    is_verbatim = True
+    is_verbatim = True  # as with the thesis' executors, FEEDBACK has only what an executor yields
 
     def offer(self, executor: str) -> None:
         """Do nothing: an executor that becomes idle after the REQUEST is not asked."""

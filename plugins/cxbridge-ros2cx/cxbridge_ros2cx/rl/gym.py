@@ -82,7 +82,10 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         return self._encode_observation(), self._make_step_info("")
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Let the free robot execute an action; an action that the robot cannot execute has no effect."""
+        """Let the free robot execute an action; an action that the robot cannot execute has no effect.
+
+        :raises CxbridgeError: before the first :meth:`reset`, or if the agent does not finish the action.
+        """
         if self._decision is None:
             raise CxbridgeError("no episode has begun", hint="call reset() first")
         status = self.agent.status

@@ -39,7 +39,8 @@ LEARNER_NODE: Final = "/cx_rl_node"  # the peer's name, unless the agent's `?*CX
 _PACKAGE: Final = "cx_rl_interfaces"
 _NO_OBJECTS_TEXT: Final = "Not found"  # the agent's response for a type without objects
 _STORAGE_PARAMETER: Final = "storage_dir"
-_STARTUP_TIMEOUT_S: Final = 10.0  # time on the agent's clock until its services must exist
+# time on the agent's clock until its action servers must exist, and it must call `get_status`; chosen freely
+_STARTUP_TIMEOUT_S: Final = 10.0
 _NO_TIMEOUT_S: Final = 1e9  # 30 years: the learner decides when the run ends
 
 
@@ -79,11 +80,11 @@ class LearningAgent(Closing):
     """The agent of a parameter file, in a run whose clock advances only during the methods of this class.
 
     :param parameters: the parameter file of ``clips_manager``.
-    :param ros2cx: the checkout or workspace with the packages of the agent.
+    :param ros2cx: the checkout or workspace with the packages of the agent; None if there is none.
     :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
     :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
-    :raises CxbridgeError: if the parameters are invalid, or the agent lacks the services.
+    :raises CxbridgeError: if the parameters are invalid, or the agent lacks the action servers.
     """
 
     def __init__(
@@ -113,17 +114,19 @@ class LearningAgent(Closing):
             self._peer.serve(f"{node}/get_status", f"{_PACKAGE}/srv/GetStatus", lambda _request: self.status)
             self._env = self._find_environment()
             self._env.eval("(unwatch all)")  # steps with traces take several times as long
-            self._handlers = {
+            self._goal_handlers = {
                 name: self._find_goal_handler(name, type_name)
                 for name, type_name in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
             }
-            self._run_until(self._find_mode, f"the agent does not call {node}/get_status", _STARTUP_TIMEOUT_S)
+            self._run_until(
+                self._find_training_mode, f"the agent does not call {node}/get_status", _STARTUP_TIMEOUT_S
+            )
             self._tick()  # in this tick the agent saves the facts with which episodes begin
             self._stack = stack.pop_all()  # the run stays open until close()
 
     def close(self) -> None:
         """End the training and the run."""
-        if self._find_client("end_training", "EndTraining").has_server:
+        if self._ensure_client("end_training", "EndTraining").has_server:
             self.call_service("end_training", "EndTraining")
         self._stack.close()
 
@@ -177,14 +180,14 @@ class LearningAgent(Closing):
         self._run.clock.sleep_until(self._run.clock.now_us() + self._run.loop.period_us)
         self._run.loop.run_once()
 
-    def _find_mode(self) -> str | None:
-        """Return TRAINING once the agent knows this mode of the learner."""
+    def _find_training_mode(self) -> str | None:
+        """Return TRAINING if the agent knows this mode of the learner, else None."""
         modes = map(tuple, self._env.columns("cx-rl-node", "name", "mode"))
         return "TRAINING" if (self._peer_name, "TRAINING") in modes else None
 
     # --- services and goals -------------------------------------------------------------------------------
 
-    def _find_client(self, service: str, type_name: str) -> Client:
+    def _ensure_client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
             self._clients[service] = self._peer.create_client(
                 f"{self._peer_name}/{service}", f"{_PACKAGE}/srv/{type_name}"
@@ -194,7 +197,7 @@ class LearningAgent(Closing):
     def call_service(self, service: str, type_name: str, **request: Any) -> Message:
         """Call a service of the agent with the fields of a request; return the response."""
         responses: list[Message] = []
-        client = self._find_client(service, type_name)
+        client = self._ensure_client(service, type_name)
         self._run_until(
             lambda: client.has_server or None, f"the service {self._peer_name}/{service} has no server"
         )
@@ -205,8 +208,9 @@ class LearningAgent(Closing):
         )
 
     def _send_goal(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
-        """Return the result of a goal."""
-        handler, sent_goal = self._handlers[action], _Goal(goal)
+        """Let the agent execute a goal; return the result."""
+        handler, sent_goal = self._goal_handlers[action], _Goal(goal)
+        # the deffunction logs the goal; the decision is ignored, since cx_rl_clips accepts each goal
         handler.decide(sent_goal)
         handler.begin(sent_goal)
         return self._run_until(lambda: sent_goal.result, timeout_message)
@@ -227,30 +231,33 @@ class LearningAgent(Closing):
 
     def observables(self) -> list[str]:
         """Return the groundings that observations may contain."""
-        predefined_items = self.call_service("get_predefined_observables", "GetPredefinedObservables")
-        predicates = self.call_service("get_observable_predicates", "GetObservablePredicates")
+        predefined_response = self.call_service("get_predefined_observables", "GetPredefinedObservables")
+        predicate_response = self.call_service("get_observable_predicates", "GetObservablePredicates")
         return [
-            *map(format_message, predefined_items["observables"]),
-            *self._ground_names(predicates["predicate_names"], predicates),
+            *map(format_message, predefined_response["observables"]),
+            *self._ground_names(predicate_response["predicate_names"], predicate_response),
         ]
 
     def all_actions(self) -> list[str]:
         """Return the groundings of all actions, whether executable or not."""
-        predefined_items = self.call_service("get_predefined_actions", "GetPredefinedActions")
-        actions = self.call_service("get_observable_actions", "GetObservableActions")
+        predefined_response = self.call_service("get_predefined_actions", "GetPredefinedActions")
+        action_response = self.call_service("get_observable_actions", "GetObservableActions")
         return [
-            *map(format_message, predefined_items["actions"]),
-            *self._ground_names(actions["action_names"], actions),
+            *map(format_message, predefined_response["actions"]),
+            *self._ground_names(action_response["action_names"], action_response),
         ]
 
-    def _ground_names(self, names: Iterable[str], description: Message) -> Iterable[str]:
+    def _ground_names(self, names: Iterable[str], name_response: Message) -> Iterable[str]:
         """Yield the groundings of predicates or actions with all objects of the parameters' types.
 
         As in ``CXRLGym``, a predicate or an action without parameters has no grounding.
+
+        :param name_response: the response with the names, which also has the number and the types of the
+            parameters.
         """
         objects: dict[str, list[str]] = {}
-        type_names = iter(description["param_types"])
-        for name, count in zip(names, description["param_counts"], strict=True):
+        type_names = iter(name_response["param_types"])
+        for name, count in zip(names, name_response["param_counts"], strict=True):
             parameters = [next(type_names) for _ in range(count)]
             for type_name in parameters:
                 if type_name not in objects:
@@ -263,7 +270,7 @@ class LearningAgent(Closing):
                     yield format_grounding(name, arguments)
 
     def observations(self) -> Iterable[str]:
-        """Yield the names of the current observations."""
+        """Yield the groundings of the current observations."""
         for node, name, parameters in self._env.columns("rl-observation", "node", "name", "params"):
             if node == self._peer_name:
                 yield format_grounding(name, parameters)
@@ -273,7 +280,10 @@ class LearningAgent(Closing):
         return self._run_until(self._find_decision, "no robot becomes free")
 
     def _find_decision(self) -> Decision | None:
-        """Return a decision if a robot waits and the agent has asserted all executable actions."""
+        """Return a decision if a robot waits and the agent has asserted all executable actions, else None.
+
+        At the end of the episode, the decision has neither a robot nor actions.
+        """
         action_spaces = self._env.columns("rl-current-action-space", "node", "state")
         if (self._peer_name, "DONE") not in map(tuple, action_spaces):
             return None

@@ -43,7 +43,7 @@ class Skills(FakeSkills):
         self.names = [*getattr(self, "names", []), name]
         return super().ask(skill, parameters, agent, on_change)
 
-    def check_timeout(self, action):
+    def apply_timeout(self, action):
         pass
 
     def lacks_sensors(self, executor):

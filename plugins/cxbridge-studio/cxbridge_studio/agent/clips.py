@@ -327,7 +327,7 @@ class _ConstructReader:
                 self._read_expression(argument)
 
     def _read_binding(self, variable: str, value: SyntaxNode) -> None:
-        """Read ``(bind ?fact (assert (TEMPLATE ...)))``."""
+        """Read the value of a ``bind``, and record the template in ``(bind ?fact (assert (TEMPLATE ...)))``."""
         self._read_expression(value)
         if value.head == "assert" and value.arguments and value.arguments[0].head:
             self._record_template(variable, without_module(value.arguments[0].head))
@@ -355,7 +355,10 @@ class _ConstructReader:
     # ---- results
 
     def _add_mention(self, kind: NameKind, node: SyntaxNode, use: Use, owner: str = "") -> None:
-        """Add a mention of the name in a node, without quotes, the marks of variables, and the module."""
+        """Add a mention of the name in a node, without quotes, the marks of variables, and the module.
+
+        :param owner: the template of a slot; empty for other names, and if the template is unknown.
+        """
         text, start, end = node.text, node.start, node.end
         if text.startswith('"'):
             # An unclosed string may be a single quote: the end must not precede the start.

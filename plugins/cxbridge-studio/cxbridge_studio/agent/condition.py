@@ -105,11 +105,11 @@ class SlotConstraint:
 
     @property
     def used_variables(self) -> frozenset[str]:
-        """The variables in the tests."""
+        """The variables in the terms of the fields."""
         return frozenset().union(*(field.used_variables for field in self.fields))
 
     def is_open(self, bound: frozenset[str]) -> bool:
-        """Return whether any value satisfies the constraints.
+        """Return whether each value satisfies the constraints.
 
         :param bound: the variables with a value before the slot.
         """
@@ -178,7 +178,7 @@ class PatternCE(Struct, frozen=True, dict=True):
 
     @property
     def field_counts(self) -> tuple[int, float]:
-        """The minimum and maximum number of fields of an ordered pattern."""
+        """The minimum and maximum number of fields of an ordered pattern; a ``$?`` allows infinitely many."""
         multifields = sum(constraint.fields[0].binder.startswith("$") for constraint in self.constraints)
         minimum = len(self.constraints) - multifields
         return minimum, inf if multifields else minimum
@@ -324,9 +324,9 @@ def _join_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]
     """Yield the nodes of each CE in a list: three for ``?f <- (...)``, else one."""
     index = 0
     while index < len(items):
-        binding = items[index : index + 3]
-        is_binding = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004 - variable, arrow, pattern
-        length = 3 if is_binding and binding[0].items is None and binding[2].items is not None else 1
+        candidate = items[index : index + 3]
+        has_arrow = len(candidate) == 3 and candidate[1].text == "<-"  # noqa: PLR2004 - variable, arrow, pattern
+        length = 3 if has_arrow and candidate[0].items is None and candidate[2].items is not None else 1
         yield items[index : index + length]
         index += length
 
@@ -338,18 +338,21 @@ def _parse_branch(nodes: Sequence[SyntaxNode]) -> CE:
 
 
 def parse_field_constraints(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldConstraint]:
-    """Yield the fields of a slot or an ordered pattern. The signs ``& | ~ : =`` join nodes to one field."""
-    group: list[SyntaxNode] = []
+    """Yield the constraint of each field of a slot or an ordered pattern.
+
+    The signs ``& | ~ : =`` join nodes to one field.
+    """
+    field_nodes: list[SyntaxNode] = []
     is_connected = True
     for node in nodes:
         is_connective = node.text in ("&", "|")
-        if group and not is_connective and not is_connected:
-            yield _make_field_constraint(group)
-            group = []
-        group.append(node)
+        if field_nodes and not is_connective and not is_connected:
+            yield _make_field_constraint(field_nodes)
+            field_nodes = []
+        field_nodes.append(node)
         is_connected = is_connective or node.text in ("~", ":", "=")
-    if group:
-        yield _make_field_constraint(group)
+    if field_nodes:
+        yield _make_field_constraint(field_nodes)
 
 
 def _make_field_constraint(nodes: list[SyntaxNode]) -> FieldConstraint:

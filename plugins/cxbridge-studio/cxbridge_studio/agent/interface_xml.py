@@ -26,6 +26,7 @@ def read_interface(path: str, text: str) -> SourceFile:
     if "<interface" not in text:
         return SourceFile(path, text, ())
     try:
+        # files that are not UTF-8 were decoded with surrogates: this restores their bytes for the parser
         root = read_tree(text.encode("utf-8", "surrogateescape"), path)
     except InterfaceDefinitionError as error:
         return SourceFile(path, text, (), make_parse_problem(error))

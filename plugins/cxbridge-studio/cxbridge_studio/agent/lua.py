@@ -16,7 +16,7 @@ _NAME: Final = re.compile(r"""^name\s*=\s*["']([\w-]+)["']""", re.MULTILINE)
 _NEEDED_SKILLS: Final = re.compile(r"^depends_skills\s*=\s*\{([^}]*)\}", re.MULTILINE)
 _STRING: Final = re.compile(r"""["']([\w-]+)["']""")
 # The type in: depends_interfaces = {{v = "pose", type = "Position3DInterface", id = "Pose"}}
-_INTERFACE: Final = re.compile(r"""\btype\s*=\s*["'](\w+)["']""")
+_INTERFACE_TYPE: Final = re.compile(r"""\btype\s*=\s*["'](\w+)["']""")
 # The first skill of a state in: skills = {{drive, x = 1}}
 _CALLED_SKILL: Final = re.compile(r"\bskills\s*=\s*\{\s*\{\s*([A-Za-z_]\w*)")
 # The text in: documentation = [==[ ... ]==]
@@ -38,7 +38,7 @@ def read_lua(path: str, text: str) -> SourceFile:
     for skill_list in _NEEDED_SKILLS.finditer(text):
         for match in _STRING.finditer(text, *skill_list.span(1)):
             add_mention(NameKind.SKILL, Use.NAMED, match)
-    for match in _INTERFACE.finditer(text):
+    for match in _INTERFACE_TYPE.finditer(text):
         add_mention(NameKind.INTERFACE, Use.NAMED, match)
     for match in _CALLED_SKILL.finditer(text):
         add_mention(NameKind.SKILL, Use.CALLED, match)
@@ -46,8 +46,8 @@ def read_lua(path: str, text: str) -> SourceFile:
     if skill and (documentation_match := _DOCUMENTATION.search(text)):
         for match in _ARGUMENT.finditer(text, *documentation_match.span(2)):
             add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
-    skill_name = Name(NameKind.SKILL, skill) if skill else None
-    return make_single_piece_file(path, text, "skill" if skill else "lua", skill_name, mentions)
+    defined_name = Name(NameKind.SKILL, skill) if skill else None
+    return make_single_piece_file(path, text, "skill" if skill else "lua", defined_name, mentions)
 
 
 def find_documentation(text: str) -> str:
