@@ -327,7 +327,7 @@ class _ConstructReader:
                 self._read_expression(argument)
 
     def _read_binding(self, variable: str, value: SyntaxNode) -> None:
-        """Read the value of a ``bind``, and record the template in ``(bind ?fact (assert (TEMPLATE ...)))``."""
+        """Read the value of a ``bind``; record the template in ``(bind ?fact (assert (TEMPLATE ...)))``."""
         self._read_expression(value)
         if value.head == "assert" and value.arguments and value.arguments[0].head:
             self._record_template(variable, without_module(value.arguments[0].head))

@@ -173,7 +173,7 @@ class _DeffunctionGoalHandler(GoalHandler):
     def decide(self, served_goal: ServedGoal) -> GoalResponse:
         """Let the deffunction decide about a goal; without a deffunction, accept and execute the goal.
 
-        An error in the deffunction, or a value that is no response, rejects the goal.
+        An error in the deffunction, or a value that :class:`GoalResponse` lacks, rejects the goal.
         """
         response = self._call_deffunction("handle-goal", served_goal, _format_goal_id(served_goal))
         if response is None:
