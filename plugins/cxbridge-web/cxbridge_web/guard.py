@@ -7,7 +7,6 @@ origin of the page, to reject requests of foreign pages, and the requested host,
 from __future__ import annotations
 
 import base64
-import binascii
 import hmac
 from collections.abc import MutableMapping
 from typing import TYPE_CHECKING, Any, Final
@@ -25,10 +24,10 @@ _METHODS: Final = "GET, POST, PUT, PATCH, DELETE, OPTIONS"
 _REQUEST_HEADERS: Final = "Authorization, Content-Type, Last-Event-ID"
 _MAX_AGE_S: Final = "600"  # time for which browsers may cache the answer to a preflight request
 _SECURITY_HEADERS: Final = (
-    (b"x-content-type-options", b"nosniff"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"x-frame-options", b"DENY"),
-    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"x-content-type-options", b"nosniff"),  # browsers do not take a text for a script or a page
+    (b"referrer-policy", b"no-referrer"),  # linked sites do not learn the address of the server
+    (b"x-frame-options", b"DENY"),  # a foreign page cannot show the buttons in a frame of its own
+    (b"cross-origin-resource-policy", b"same-origin"),  # nor load replies as images or scripts
 )
 
 
@@ -46,7 +45,7 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
-            return  # a WebSocket, which the server does not offer: uvicorn answers with an error
+            return  # a WebSocket, which the server does not offer; with ws="none" uvicorn forwards none
         request_headers = Headers(scope=scope)
         origin = request_headers.get("origin", "")
         is_origin_allowed = is_allowed_origin(origin, self._allowed_origins)
@@ -103,7 +102,7 @@ class Guard:
             try:
                 # the credentials are USER:PASSWORD
                 token = base64.b64decode(token, validate=True).decode("latin-1").partition(":")[2]
-            except (binascii.Error, ValueError):
+            except ValueError:
                 return False
         elif scheme.lower() != "bearer":
             return False

@@ -41,7 +41,8 @@ class WebHost(ABC):
 
     @property
     @abstractmethod
-    def board(self) -> BlackBoard: ...
+    def board(self) -> BlackBoard:
+        """The blackboard of the process."""
 
     @property
     @abstractmethod
@@ -76,7 +77,7 @@ class WebHost(ABC):
 
     @abstractmethod
     def list_components(self) -> Sequence[tuple[str, str, bool]]:
-        """Return the name, the description and the activity of each component that clients may stop."""
+        """Return, for each component that clients may stop: name, description, whether it is active."""
 
     @abstractmethod
     def set_component_active(self, name: str, *, is_active: bool) -> None:
@@ -98,8 +99,9 @@ class WebHost(ABC):
 
         Not callable in the main loop's thread, because this thread makes the explanation.
 
-        :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
-        :returns: the members ``lines`` and ``data``; None after the time limit.
+        :param kind: ``rule``, ``goal``, ``action``, ``fact`` or ``run``; empty: a rule of this name, or else
+            an object of another kind.
+        :returns: the members ``lines`` and ``data``; None if the time limit passes without a reply.
         :raises CxbridgeError: if the subject is unknown.
         """
         return ask_why(self.board, name, kind, _MAX_RULES, timeout_s)
@@ -113,9 +115,13 @@ class WebHost(ABC):
         endpoints: Sequence[str] = (),
         error: str = "",
     ) -> dict[str, Any]:
-        """Return the fields of a status.
+        """Return the members of a status that daemons and runs share.
 
+        :param state: the state of the process, such as ``RUNNING``.
+        :param components: the statuses of the components.
         :param now_us: the time of the status; None for the current time of the clock.
+        :param endpoints: the addresses at which the process serves clients.
+        :param error: the reason why a component does not work; empty without such a component.
         """
         clock, loop = self._run.clock, self._run.loop
         return {

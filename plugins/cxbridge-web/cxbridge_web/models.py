@@ -43,7 +43,7 @@ def define_model(
     """Return a model whose members the code does not access by name.
 
     :param members: the name and the type of each member, and the default of an optional member.
-    :param rename: ``kebab`` for names with dashes in JSON.
+    :param rename: ``kebab`` for names with dashes in JSON; None for unchanged names.
     """
     model = msgspec.defstruct(
         name, members, bases=(Model,), namespace={"__doc__": docstring}, kw_only=True, rename=rename
@@ -65,7 +65,7 @@ def make_model(kind: str, answer: type[Struct]) -> type[Model]:
 
 
 def convert_unknown(value: object) -> Any:
-    """Convert a value of a type that msgspec cannot encode."""
+    """Return a value that msgspec cannot encode as a dictionary, if it is a mapping, or else as a text."""
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 

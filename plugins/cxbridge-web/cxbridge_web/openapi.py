@@ -15,6 +15,7 @@ from cxbridge_web.models import make_schema, make_schemas
 EVENTS_PATH: Final = "/cxbridge/events"
 DOCUMENT_PATH: Final = "/openapi.json"
 
+# A name in a path: `{x}`, or `{x+}` for a name that also matches slashes.
 _PATH_NAME: Final = re.compile(r"\{([a-z_-]+)\+?\}")
 _COMMON_ERRORS: Final = {
     400: "The request is invalid",
@@ -32,7 +33,7 @@ def make_document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
     """Return the OpenAPI document."""
     paths: dict[str, Any] = {}
     for endpoint in endpoints:
-        # OpenAPI has neither names that match slashes, `{x+}`, nor optional slashes.
+        # OpenAPI has neither names that match slashes nor optional slashes, `/?`.
         path = _PATH_NAME.sub(r"{\1}", endpoint.path.removesuffix("/?"))
         paths.setdefault(path, {})[endpoint.method.lower()] = _describe_endpoint(endpoint)
     paths[EVENTS_PATH] = {"get": _describe_events_operation()}  # a stream, which no endpoint serves
@@ -55,6 +56,7 @@ def make_document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
                 "basic": {"type": "http", "scheme": "basic"},
             },
         },
+        # `{}`: no token, for a server without a token
         "security": [{}, {"bearer": []}, {"basic": []}],
     }
 

@@ -80,7 +80,7 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
 def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
     """Return the parameters of a request from its path, query and body.
 
-    :raises ParameterError: if a required text is empty.
+    :raises ParameterError: if a required text is missing or empty.
     """
     arguments: dict[str, Any] = {}
     for parameter in fields(operation.parameters):
@@ -94,7 +94,7 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
             arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]
         elif member in call.body:
             arguments[name] = call.body[member]
-        # A path may have an empty segment, and a form sends an empty text for an empty field.
+        # A form sends an empty text for an empty field, which msgspec would accept as a text.
         if parameter.required and _find_bare_type(parameter) is str and not arguments.get(name):
             raise ParameterError(name, "it must not be empty")
     return arguments

@@ -26,7 +26,7 @@ _MAX_PORT: Final = 65_535
 
 
 def has_desktop() -> bool:
-    """Return whether a browser opens in its own window; a text browser would occupy the terminal."""
+    """Return whether the user has a desktop. Without a desktop, a text browser would occupy the terminal."""
     return sys.platform in {"darwin", "win32"} or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
 
 
@@ -39,7 +39,7 @@ class BrowserOptions:
     ] = False
 
     def announce(self, url: str) -> None:
-        """Print the address of the page, and open it in a browser if a user sits at the terminal."""
+        """Print the address of the page, and open it in a browser on a desktop without ``--no-browser``."""
         say(f"The page is at {url}", err=True, flush=True)
         if not self.no_browser and sys.stderr.isatty() and has_desktop():
             import threading  # noqa: PLC0415 - start-up time is a feature
@@ -132,7 +132,10 @@ class WebOptions(BrowserOptions, WatchOptions):
     name: ClassVar[str] = "--web"
 
     def make_server_settings(self) -> WebSettings:
-        """Return the settings of a server on this machine."""
+        """Return the settings of a server on this machine.
+
+        :raises CxbridgeError: if the value of the option is not a port.
+        """
         from cxbridge_web.settings import DEFAULT_PORT, WebSettings  # noqa: PLC0415 - start-up time is a feature
 
         port = self.port

@@ -35,5 +35,5 @@ def is_permitted_request(origin: str, scheme: str, host: str, allowed_origins: C
 
 
 def is_allowed_origin(origin: str, allowed_origins: Collection[str]) -> bool:
-    """Return whether an origin is allowed; ``*`` allows all."""
+    """Return whether an origin is one of the allowed origins; ``*`` allows all, but no empty origin."""
     return bool(origin) and ("*" in allowed_origins or origin in allowed_origins)

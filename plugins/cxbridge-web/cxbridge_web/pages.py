@@ -1,8 +1,8 @@
 """The page as one document, which contains its modules, styles and data.
 
 The modules of the page import each other as ``cx/NAME.js``. The import map of the document maps each name to
-a ``data:`` URL with the text of the module, so a browser needs one request for the page instead of a hundred.
-The content security policy allows only the scripts of the document and their imports.
+a ``data:`` URL with the text of the module, so a browser needs only one request for the page. The content
+security policy allows only the scripts of the document and their imports.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 STATIC_FOLDER: Final = Path(__file__).resolve().parent / "static"
 """The folder with the files of the page."""
 
-# the style sheets; a later sheet overrides an earlier sheet
+# The style sheets in their order: a later sheet overrides an earlier sheet.
 _STYLES: Final = ("base", "app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
 
 # The script that starts the page. The policy allows scripts by their hash, and the modules that they add.
@@ -112,7 +112,7 @@ class Page:
         await self.respond(scope)(scope, receive, send)
 
     def respond(self, scope: Scope) -> Response:
-        """Return the response to a request of the page; status 404 for other paths."""
+        """Return the response to a request for the page; 404 for other paths, 405 for methods that write."""
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("Method Not Allowed\n", 405, {"allow": "GET, HEAD"})
         if scope["path"] not in {"/", "/index.html"}:

@@ -16,7 +16,9 @@ from cxbridge_web.pages import make_page
 
 MCAP: Final = "mcap"  # the format that the page reads without conversion
 
-MAX_EXPLANATIONS: Final = 20  # number of unfinished or failed goals whose explanations a report contains
+# The number of unfinished or failed goals of an environment whose explanations a report contains. Chosen
+# freely; each explanation takes time and space.
+MAX_EXPLANATIONS: Final = 20
 
 
 def report(run: Run, title: str = "") -> str:
@@ -41,8 +43,8 @@ def report(run: Run, title: str = "") -> str:
 def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
     """Return the story of a run and the explanations of its unfinished and failed goals, by question.
 
-    With several agents, a question begins with the agent's environment. Empty without a plug-in that explains
-    runs.
+    With several agents, a question begins with the agent's environment. Empty if an explanation fails, as
+    without a plug-in that explains runs.
     """
     environments: list[str | None] = [*dict.fromkeys(goal.env for goal in history.goals)] or [None]
     explanations: dict[str, Any] = {}
@@ -82,7 +84,7 @@ def list_guessed_links(history: RunHistory) -> list[list[Any]]:
     :returns: for each pair the environment, goal, plan and id of the action, then the Skiller, skill string,
         message id and begin (in microseconds) of the skill call.
     """
-    start_us = history.clock.first_us or 0
+    start_us = history.clock.first_us or 0  # without events there are no links either
     return [
         [
             *(link.action.env, link.action.goal, link.action.plan, link.action.id),

@@ -16,26 +16,29 @@ from typing import Any, Final
 
 from cxbridge_web.endpoint import ApiError
 
-MAX_WAITING_REQUESTS: Final = 64  # number of waiting requests
+MAX_WAITING_REQUESTS: Final = 64  # further requests are refused, since each request waits for all before it
 
 MAX_SHARE: Final = 0.1  # largest share of the main loop's time for the web server
 
 # The longest pause after requests; without a limit, a reset of two seconds would delay clients by 18 s.
 MAX_PAUSE_S: Final = 1.0
 
-MAX_ROUND_S: Final = 0.005  # time after which no further request is carried out in the same loop
+# The time after which no further request begins in the same loop: a seventh of the default period.
+MAX_ROUND_S: Final = 0.005
 
 
 @dataclass(slots=True)
 class _QueuedRequest:
     """A request that waits or has begun.
 
-    :ivar pieces: the remaining pieces of a request that has begun.
+    :param key: requests with the same key share one call; None for a separate call.
+    :ivar future: the future result.
+    :ivar pieces: the remaining pieces of a request that has begun; None before, and for a plain function.
     """
 
     function: Callable[[], Any]
     key: object
-    result: Future[Any] = field(default_factory=Future)
+    future: Future[Any] = field(default_factory=Future)
     pieces: Generator[None, None, Any] | None = None
 
 
@@ -67,17 +70,21 @@ class RequestQueue:
                 raise _make_closed_error()
             shared_request = None if key is None else self._requests_by_key.get(key)
             if shared_request is not None:
-                return shared_request.result
+                return shared_request.future
             if len(self._requests) >= MAX_WAITING_REQUESTS:
                 raise ApiError(503, "Too many requests are waiting for the main loop")
             request = _QueuedRequest(function, key)
             self._requests.append(request)
             if key is not None:
                 self._requests_by_key[key] = request
-            return request.result
+            return request.future
 
     def poll(self) -> None:
-        """Carry out waiting requests in bounded time. Called once a loop by the main loop's thread."""
+        """Carry out waiting requests until :data:`MAX_ROUND_S` has passed.
+
+        Called once a loop by the main loop's thread. A request that has begun is not interrupted between its
+        pieces, so a long piece exceeds the limit; a pause follows.
+        """
         if not self._requests:
             return
         start_s = self._now()
@@ -102,7 +109,7 @@ class RequestQueue:
             if not self._is_closed:
                 self._requests.append(request)
                 return
-        request.result.set_exception(_make_closed_error())
+        request.future.set_exception(_make_closed_error())
 
     def close(self) -> None:
         """Reject waiting and later requests; repeated calls are harmless."""
@@ -113,8 +120,8 @@ class RequestQueue:
             self._requests_by_key.clear()
         for request in waiting_requests:
             # A request that has begun is marked as running already, and a future is marked only once.
-            if request.pieces is not None or request.result.set_running_or_notify_cancel():
-                request.result.set_exception(_make_closed_error())
+            if request.pieces is not None or request.future.set_running_or_notify_cancel():
+                request.future.set_exception(_make_closed_error())
 
     def _take_next(self) -> _QueuedRequest | None:
         with self._lock:
@@ -132,8 +139,8 @@ def _make_closed_error() -> ApiError:
 
 def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
     """Carry out a request, or its pieces until ``is_late``; return whether the request is finished."""
-    if request.pieces is None and not request.result.set_running_or_notify_cancel():
-        return True  # the client has disconnected
+    if request.pieces is None and not request.future.set_running_or_notify_cancel():
+        return True  # the future was cancelled, so no client waits for the result
     try:
         result = request.function() if request.pieces is None else request.pieces
         if isinstance(result, Generator):
@@ -142,9 +149,9 @@ def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
                 next(result)
             return False
     except StopIteration as stop:
-        request.result.set_result(stop.value)
+        request.future.set_result(stop.value)
     except Exception as error:  # noqa: BLE001 - reported to the client
-        request.result.set_exception(error)
+        request.future.set_exception(error)
     else:
-        request.result.set_result(result)
+        request.future.set_result(result)
     return True

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def count_items(env: ClipsEnvironment) -> dict[str, int]:
-    """Return the numbers of facts, rules and activations."""
+    """Return the numbers of facts, and of the rules and activations of the current module, by name."""
     next_item_functions = {
         "facts": lib.GetNextFact,
         "rules": lib.GetNextDefrule,
@@ -47,7 +47,10 @@ class Rule(Model, kw_only=True):
 
 
 def list_rules(env: ClipsEnvironment) -> list[Rule]:
-    """Return all rules without their locations; the caller holds the lock, between runs of the rules."""
+    """Return the rules of the current module without their locations.
+
+    The caller holds the lock of the environment, and calls the function between runs of the rules.
+    """
     activations = items_of(lib.GetNextActivation, env.c_env)
     activation_counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
     models = []

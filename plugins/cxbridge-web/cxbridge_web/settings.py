@@ -48,7 +48,10 @@ class WebSettings(PluginSettings):
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
-        """Return the settings below ``cxbridge/web``; None without them or with ``enable: false``."""
+        """Return the settings below ``cxbridge/web``; None without them or with ``enable: false``.
+
+        :raises ConfigError: if a setting is invalid, or the server would be public without token and TLS.
+        """
         if not config.get_bool(f"{cls.SECTION}/enable", default=bool(config.keys(cls.SECTION))):
             return None
         settings = cls(

@@ -1,4 +1,4 @@
-"""Conversion of events to messages for Foxglove's panels, listed in docs/evidence/web-page.md."""
+"""Conversion of events to messages for Foxglove's panels; docs/evidence/web-page.md lists the topics."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ LOG_TOPIC: Final = "/foxglove/log"
 
 TRANSFORM_TOPIC: Final = "/foxglove/tf"
 
-# Foxglove's level numbers.
+# Foxglove's numbers of the levels.
 LEVELS: Final = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
 
-_DEFAULT_FRAME: Final = "odom"  # default frame of a navigator
+# The frame of a target without a frame; the skills of the Robotino take "/odom" then, too.
+_DEFAULT_FRAME: Final = "odom"
 
 _TRANSLATION_LENGTH: Final = 3  # x, y, z
 _ROTATION_LENGTH: Final = 4  # a quaternion
@@ -33,28 +34,29 @@ _ROTATION_LENGTH: Final = 4  # a quaternion
 
 @dataclass(frozen=True, slots=True)
 class FoxgloveMessage:
-    """A message.
+    """A message on a topic below ``/foxglove``.
 
-    :param schema: the name of the schema without ``foxglove.``.
+    :param schema_name: the name of the schema without ``foxglove.``.
     :param data: the members of the message as JSON values.
     :param subject: the subject of a state that is valid until the next message with this subject; empty for a
         momentary message.
     """
 
     topic: str
-    schema: str
+    schema_name: str
     data: Mapping[str, Any]
     subject: str = ""
 
     def encode(self) -> bytes:
-        """Return the message as JSON."""
+        """Return the message as JSON in UTF-8."""
+        # a lone surrogate, which UTF-8 cannot encode, becomes its JSON escape: \\udc80
         return dump_json(self.data).encode("utf-8", "backslashreplace")
 
 
 def make_foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
     """Yield the messages for an event. Most kinds of events have none."""
     if isinstance(event, LogLine):
-        yield _make_log(event)
+        yield _make_log_message(event)
     elif isinstance(event, NavGraphRead):
         yield FoxgloveMessage(
             f"/foxglove/navgraph/{event.graph}", "SceneUpdate", make_navgraph_scene(event), event.graph
@@ -66,7 +68,7 @@ def make_foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
             yield message
 
 
-def _make_log(event: LogLine) -> FoxgloveMessage:
+def _make_log_message(event: LogLine) -> FoxgloveMessage:
     line = {
         "timestamp": make_time(event.time_us),
         "level": LEVELS[event.level],
@@ -78,29 +80,30 @@ def _make_log(event: LogLine) -> FoxgloveMessage:
     return FoxgloveMessage(LOG_TOPIC, "Log", line)
 
 
-def _make_position(event: InterfaceWrite) -> FoxgloveMessage | None:
+def _make_position_message(event: InterfaceWrite) -> FoxgloveMessage | None:
     frame, translation = _read_frame(event, "frame"), _read_numbers(event, "translation", _TRANSLATION_LENGTH)
     rotation = _read_numbers(event, "rotation", _ROTATION_LENGTH)
     if not frame or translation is None or rotation is None:
-        return None  # the writer has not written a pose yet
-    return _make_pose(event, frame, make_pose(translation, rotation))
+        return None  # a writer that has not written a pose yet leaves the frame empty
+    return _make_pose_message(event, frame, make_pose(translation, rotation))
 
 
-def _make_target(event: InterfaceWrite) -> FoxgloveMessage | None:
+def _make_target_message(event: InterfaceWrite) -> FoxgloveMessage | None:
     x, y = event.values.get("x"), event.values.get("y")
     if not is_number(x) or not is_number(y):
         return None
-    return _make_pose(event, _read_frame(event, "target_frame") or _DEFAULT_FRAME, make_pose((x, y, 0.0)))
+    frame = _read_frame(event, "target_frame") or _DEFAULT_FRAME
+    return _make_pose_message(event, frame, make_pose((x, y, 0.0)))
 
 
-def _make_pose(event: InterfaceWrite, frame: str, pose_data: dict[str, Any]) -> FoxgloveMessage:
+def _make_pose_message(event: InterfaceWrite, frame: str, pose: dict[str, Any]) -> FoxgloveMessage:
     # TYPE::ID becomes TYPE/ID; an id may begin with a slash itself
     topic = "/foxglove/pose/" + event.uid.replace("::", "/", 1).replace("//", "/")
-    data = {"timestamp": make_time(event.time_us), "frame_id": frame, "pose": pose_data}
+    data = {"timestamp": make_time(event.time_us), "frame_id": frame, "pose": pose}
     return FoxgloveMessage(topic, "PoseInFrame", data, event.uid)
 
 
-def _make_transform(event: InterfaceWrite) -> FoxgloveMessage | None:
+def _make_transform_message(event: InterfaceWrite) -> FoxgloveMessage | None:
     parent, child = _read_frame(event, "frame"), _read_frame(event, "child_frame")
     translation = _read_numbers(event, "translation", _TRANSLATION_LENGTH)
     rotation = _read_numbers(event, "rotation", _ROTATION_LENGTH)
@@ -118,14 +121,14 @@ def _make_transform(event: InterfaceWrite) -> FoxgloveMessage | None:
 
 # The functions that make the messages, by the types of interfaces.
 _MESSAGE_MAKERS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
-    "Position3DInterface": _make_position,
-    "TransformInterface": _make_transform,
-    "NavigatorInterface": _make_target,
+    "Position3DInterface": _make_position_message,
+    "TransformInterface": _make_transform_message,
+    "NavigatorInterface": _make_target_message,
 }
 
 
 def _read_frame(event: InterfaceWrite, name: str) -> str:
-    """Return a frame's name without a leading slash, which tf ignores."""
+    """Return a frame's name without a leading slash, which tf ignores; empty without a frame."""
     return str(event.values.get(name, "")).lstrip("/")
 
 

@@ -20,6 +20,8 @@ from cxbridge.listening import LOOPBACK, is_loopback
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 from cxbridge_web.origins import LOCAL_NAMES, has_host_name, is_permitted_request
 
+# The limits on connections, heads and time were chosen freely: far more than Foxglove needs, but little
+# enough that other clients cannot exhaust the memory or the open files of the process.
 MAX_CONNECTIONS: Final = 64  # number of simultaneous connections
 
 _MAX_HEAD_BYTES: Final = 16_384  # size of the head of a request
@@ -44,7 +46,7 @@ class FoxgloveProxy(Closing):
     """Listens on Foxglove's port in a thread.
 
     :param server_address: the host and the port of the server behind the proxy.
-    :raises OSError: if the address or the port is unavailable.
+    :raises OSError: if the address or the port is unavailable, or the thread does not start in time.
     """
 
     def __init__(self, settings: FoxgloveSettings, server_address: tuple[str, int]) -> None:
@@ -82,7 +84,7 @@ class FoxgloveProxy(Closing):
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         head = await asyncio.wait_for(reader.readuntil(_HEAD_END), _HEAD_TIMEOUT_S)
         if refusal := self._find_refusal(head):
-            _status, _, body = refusal.partition(" ")
+            body = refusal.partition(" ")[2]  # the text without the number of the status
             response = f"HTTP/1.1 {refusal}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n{body}"
             writer.write(response.encode())
             await writer.drain()

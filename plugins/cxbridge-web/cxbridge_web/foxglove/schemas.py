@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, Final
 
-# The fields of each message with their types.
+# The fields of each message as `NAME:TYPE`. A type is another message, a key of `_BASIC_SCHEMAS` or a type of
+# JSON; `[]` marks an array.
 _MESSAGE_FIELDS: Final = {
     "Log": "timestamp:time level:integer message:string name:string file:string line:integer",
     "PoseInFrame": "timestamp:time frame_id:string pose:Pose",
@@ -63,11 +64,11 @@ _BASIC_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
 
 
 @cache
-def make_json_schema(message: str) -> dict[str, Any]:
-    """Return the JSON schema of a message such as ``Log``. Do not modify the cached result."""
-    fields = dict(field.split(":") for field in _MESSAGE_FIELDS[message].split())
+def make_json_schema(schema_name: str) -> dict[str, Any]:
+    """Return the JSON schema of a name such as ``Log``. Do not modify the cached result."""
+    fields = dict(field.split(":") for field in _MESSAGE_FIELDS[schema_name].split())
     return {
-        "title": f"foxglove.{message}",
+        "title": f"foxglove.{schema_name}",
         "type": "object",
         "properties": {name: _make_field_schema(field_type) for name, field_type in fields.items()},
         "required": list(fields),

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias
 
 from foxglove import Context, start_server
 from foxglove.channel import Channel
-from foxglove.websocket import ChannelView, Client, ServerListener
+from foxglove.websocket import ChannelView, Client, ServerListener, WebSocketServer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
@@ -21,7 +21,8 @@ from cxbridge_web.foxglove.proxy import FoxgloveProxy, choose_hidden_host
 from cxbridge_web.foxglove.schemas import make_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-# The number of messages per topic that are kept for later subscribers; older messages are dropped.
+# The number of states per topic that are kept for later subscribers: those that were updated last. Chosen
+# freely; without a limit, a long run with ever new goals would fill the memory.
 MAX_STATES_PER_TOPIC: Final = 1000
 
 _COMPONENT: Final = "Foxglove"
@@ -29,9 +30,10 @@ _Encoder: TypeAlias = Callable[[], bytes]  # encodes a message when it is sent, 
 
 
 class FoxgloveServer(ServerListener):
-    """Sends the events of a bus and their messages for panels to all subscribed clients.
+    """Sends events of a bus and their messages for panels to all subscribed clients.
 
-    The server receives events from its creation on. Any thread may emit events.
+    The events are transitions and the times of loops, but no rules and facts. The server receives events from
+    its creation on. Any thread may emit events.
     """
 
     def __init__(self, bus: EventBus, settings: FoxgloveSettings) -> None:
@@ -43,7 +45,7 @@ class FoxgloveServer(ServerListener):
         self._states: dict[str, dict[str, tuple[int, _Encoder]]] = {}
         self._new_topics: set[str] = set()  # topics with new subscribers
         self._lock = threading.Lock()  # guards channels, states and subscriptions
-        self._server: Any = None
+        self._server: WebSocketServer | None = None
         self._proxy: FoxgloveProxy | None = None
         self.url = ""  # address of the running server
         event_types: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
@@ -89,7 +91,7 @@ class FoxgloveServer(ServerListener):
             proxy.close()
 
     def serve_new_subscribers(self) -> None:
-        """Send the kept messages to new subscribers. Called once a loop."""
+        """Send the kept states to new subscribers. Called in each loop of the main loop."""
         if not self._new_topics:
             return
         with self._lock:
@@ -125,7 +127,7 @@ class FoxgloveServer(ServerListener):
 
     def _send_panel_message(self, message: FoxgloveMessage, time_us: int) -> None:
         if message.topic not in self._channels:
-            self._add_channel(message.topic, make_json_schema(message.schema))
+            self._add_channel(message.topic, make_json_schema(message.schema_name))
         self._send_and_store(message.topic, message.subject, time_us, message.encode)
 
     def _send_and_store(self, topic: str, subject: str, time_us: int, encode_message: _Encoder) -> None:

@@ -40,7 +40,10 @@ class FoxgloveSettings(PluginSettings):
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
-        """Return the settings below ``cxbridge/foxglove``; None without them or with ``enable: false``."""
+        """Return the settings below ``cxbridge/foxglove``; None without them or with ``enable: false``.
+
+        :raises ConfigError: if a setting is invalid, or the host is public without ``insecure``.
+        """
         if not config.get_bool(f"{cls.SECTION}/enable", default=bool(config.keys(cls.SECTION))):
             return None
         settings = cls(

@@ -16,9 +16,10 @@ from cxbridge_web.foxglove.schemas import make_json_schema
 
 
 class FoxgloveWriter(McapWriter):
-    """An mcap file with the channels of :class:`McapWriter` and the channels for panels.
+    """Writes an mcap file with the channels of :class:`McapWriter` and channels for panels.
 
     :param path: the file; an existing file is replaced.
+    :param _registry: unused; each :class:`CopyFormat` passes the registry to its writer.
     """
 
     def __init__(self, path: Path, _registry: InterfaceRegistry) -> None:
@@ -31,17 +32,18 @@ class FoxgloveWriter(McapWriter):
         for event in events:
             yield from super()._make_messages((event,))
             for message in make_foxglove_messages(event):
-                channel = self._get_panel_channel(message.topic, message.schema)
+                channel = self._get_panel_channel(message.topic, message.schema_name)
                 yield channel, event.time_us * 1000, message.encode()
 
-    def _add_panel_channel(self, topic: str, schema: str) -> int:
+    def _add_panel_channel(self, topic: str, schema_name: str) -> int:
         """Add the channel of a topic, and return its number."""
-        return self._mcap.add_channel(topic, "json", self._get_panel_schema(schema))
+        return self._mcap.add_channel(topic, "json", self._get_panel_schema(schema_name))
 
-    def _add_panel_schema(self, schema: str) -> int:
-        """Add the schema of a message such as ``Log``, and return its number."""
-        json_schema = make_json_schema(schema)
+    def _add_panel_schema(self, schema_name: str) -> int:
+        """Add the schema of a name such as ``Log``, and return its number."""
+        json_schema = make_json_schema(schema_name)
         return self._mcap.add_schema(json_schema["title"], "jsonschema", dump_json(json_schema).encode())
 
 
-COPIES = (CopyFormat("foxglove", 40, f"{__name__}:FoxgloveWriter"),)  # rank 40: after the formats of cxbridge
+# rank 40: after the formats of cxbridge itself
+COPIES = (CopyFormat("foxglove", 40, f"{__name__}:FoxgloveWriter"),)

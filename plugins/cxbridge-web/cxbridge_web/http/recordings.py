@@ -58,9 +58,10 @@ class RecordingsApp:
             next(iter(open_run(file)), None)
         # by address, the path of the recording's URL
         self._files = {f"{RUNS_PATH}{number}/{file.name or 'run'}": file for number, file in enumerate(files)}
-        self._lock = Lock()  # several requests may explain at the same time
-        # kept, because a new explainer reads the whole recording
-        self._find_explainer = lru_cache(maxsize=1)(_make_explainer)
+        # requests run in several threads: the second request for an explainer waits for the first
+        self._explainer_lock = Lock()
+        # the last explainer is kept, because a new explainer reads the whole recording
+        self._get_explainer = lru_cache(maxsize=1)(_make_explainer)
         self._page = Page([(quote(address), file.name) for address, file in self._files.items()])
 
     @property
@@ -144,10 +145,10 @@ class RecordingsApp:
         return HTMLResponse(page, headers=_NO_CACHE)
 
     def _explain(self, file: Path, query: Mapping[str, str]) -> Response:
-        """Return the explanation of a part of a recording; status 400 without an explanation."""
+        """Return the explanation that a query asks for; status 400 without an explanation."""
         try:
-            with self._lock:
-                explain = self._find_explainer(file, query.get("at", ""), query.get("env", ""))
+            with self._explainer_lock:
+                explain = self._get_explainer(file, query.get("at", ""), query.get("env", ""))
             return JSONResponse(explain(query.get("kind", ""), query.get("name", "")))
         except CxbridgeError as error:
             return JSONResponse({"message": str(error)}, 400)
@@ -189,7 +190,9 @@ def make_comparison_page(
 ) -> str:
     """Return the page that compares two recorded runs.
 
+    :param view: the events that are compared.
     :param page_links: the links to the pages of the single runs, by the keys ``a`` and ``b``.
+    :raises CxbridgeError: if a run cannot be read.
     """
     from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - only needed for comparisons
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415

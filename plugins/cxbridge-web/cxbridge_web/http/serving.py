@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 MAX_CONNECTIONS: Final = 200  # number of simultaneous connections
 
-_START_TIMEOUT_S: Final = 10.0
-_STOP_TIMEOUT_S: Final = 5.0  # the time for open responses to finish
+_START_TIMEOUT_S: Final = 10.0  # far longer than a start takes
+_STOP_TIMEOUT_S: Final = 5.0  # includes the second that uvicorn gives open responses
 
 
 class _Uvicorn(uvicorn.Server):
@@ -133,9 +133,9 @@ def _make_configuration(app: ASGIApp, settings: WebSettings) -> uvicorn.Config:
         server_header=False,
         proxy_headers=False,  # any client could pretend to be a proxy
         limit_concurrency=MAX_CONNECTIONS,
-        timeout_graceful_shutdown=1,  # in seconds
+        timeout_graceful_shutdown=1,  # seconds for open responses to finish
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
     )
-    config.load()  # reads the certificate, whose errors shall end the start
+    config.load()  # reads the certificate here, so that its errors end the start
     return config

@@ -94,7 +94,7 @@ class RunHost(WebHost):
         elif verb == "resume":
             self.is_paused = False
             if (control := self.executive.control) is not None:
-                control.go_on()
+                control.go_on()  # a stop at a breakpoint is a pause, too
         else:
             raise CxbridgeError("a run cannot be reset", hint="use a daemon: 'cxbridge daemon start --web'")
 

@@ -90,12 +90,12 @@ def test_message_matches_published_schema(event):
     message = single_message(event)
     if isinstance(event, LogLine):
         message = single_message(LogLine(1, Level.ERROR, "Test", "no way"))  # protobuf refuses surrogates
-    check_message(message.schema, message.data)
+    check_message(message.schema_name, message.data)
 
 
 def test_pose_has_frame_and_time():
     message = single_message(pose())
-    assert (message.topic, message.schema) == ("/foxglove/pose/Position3DInterface/Pose", "PoseInFrame")
+    assert (message.topic, message.schema_name) == ("/foxglove/pose/Position3DInterface/Pose", "PoseInFrame")
     assert message.data == {
         "timestamp": {"sec": 1, "nsec": 500_000_000},
         "frame_id": "map",
