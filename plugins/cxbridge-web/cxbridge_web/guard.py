@@ -26,7 +26,7 @@ _MAX_AGE_S: Final = "600"  # time for which browsers may cache the answer to a p
 _SECURITY_HEADERS: Final = (
     (b"x-content-type-options", b"nosniff"),  # browsers do not take a text for a script or a page
     (b"referrer-policy", b"no-referrer"),  # linked sites do not learn the address of the server
-    (b"x-frame-options", b"DENY"),  # a foreign page cannot show the buttons in a frame of its own
+    (b"x-frame-options", b"DENY"),  # a foreign page cannot show the buttons in a frame
     (b"cross-origin-resource-policy", b"same-origin"),  # nor load replies as images or scripts
 )
 

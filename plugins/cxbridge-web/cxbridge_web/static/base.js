@@ -1,7 +1,7 @@
 "use strict";
 // The helpers of all pages, as the global `cx`. `cx.el` makes elements; a text child is never read as markup.
 const cx = (() => {
-  const outcomes = OUTCOMES_OF_CXBRIDGE;
+  const outcomes = OUTCOMES_OF_CXBRIDGE; // pages.py puts the JSON of cxbridge/history/outcome.py here
   const SVG = "http://www.w3.org/2000/svg";
 
   // Invisible characters, and characters that reverse the reading order; cxbridge_web/escaping.py has the
@@ -14,6 +14,7 @@ const cx = (() => {
       [prefix, digits] = code < 0x10000 ? ["\\u", 4] : ["\\U", 8];
     return prefix + code.toString(16).padStart(digits, "0");
   };
+  /** A text with its invisible characters as escapes. */
   const visible = (text) => text.replace(INVISIBLE, escaped);
 
   /**

@@ -9,13 +9,14 @@ export class ApiError extends Error {
 
 const pendingGets = new Map(); // path -> promise of the answer
 /** Escape one segment of a path, or a value of a query. */
-export const part = encodeURIComponent;
+export const escapePart = encodeURIComponent;
 /** The path of the facts of an environment; with a template, only its facts. */
 export const factsPath = (env, template = "") =>
-  "clips/" + part(env) + "/facts?formatted=true" + (template && "&template=" + part(template));
+  "clips/" + escapePart(env) + "/facts?formatted=true" + (template && "&template=" + escapePart(template));
 /** Escape an id of an interface, whose slashes remain separators of the path. */
-export const idPath = (id) => id.split("/").map(part).join("/");
+export const idPath = (id) => id.split("/").map(escapePart).join("/");
 
+/** Send a request to a path below `api/`. Returns JSON values or a text; throws ApiError if it is refused. */
 async function request(method, path, body) {
   const options = { method, headers: {} };
   if (body !== undefined) {
@@ -30,9 +31,9 @@ async function request(method, path, body) {
   }
   const text = await reply.text();
   const isJson = (reply.headers.get("Content-Type") || "").startsWith("application/json");
-  const value = isJson && text ? JSON.parse(text) : text;
-  if (!reply.ok) throw new ApiError(reply.status, (isJson ? value.message || text : text).trim());
-  return value;
+  const answer = isJson && text ? JSON.parse(text) : text;
+  if (!reply.ok) throw new ApiError(reply.status, (isJson ? answer.message || text : text).trim());
+  return answer;
 }
 
 export function get(path) {
@@ -46,10 +47,11 @@ export const post = (path, body = {}) => request("POST", path, body);
 export const remove = (path) => request("DELETE", path);
 
 /**
- * Return a function that starts the asynchronous `call`, at most once in `ms`. Calls of the function during a
- * run lead to one further run. `failed` gets the errors. `stop` of the function cancels a planned run.
+ * Return a function that starts the asynchronous `call`, at most once in a period. Calls of the function
+ * during a run lead to one further run. `failed` gets the errors. `stop` of the function cancels a planned
+ * run.
  */
-export function throttled(call, ms, failed = () => {}) {
+export function throttled(call, periodMs, failed = () => {}) {
   let isRunning = false,
     isWanted = false,
     startedAt = -Infinity,
@@ -70,7 +72,7 @@ export function throttled(call, ms, failed = () => {}) {
   function start() {
     isWanted = true;
     if (isRunning || timer !== null) return;
-    timer = setTimeout(run, Math.max(0, startedAt + ms - performance.now()));
+    timer = setTimeout(run, Math.max(0, startedAt + periodMs - performance.now()));
   }
   start.stop = () => {
     clearTimeout(timer);

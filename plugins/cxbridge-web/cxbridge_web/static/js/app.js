@@ -2,7 +2,7 @@
 import SITE from "shared/site.js";
 import { get, post, throttled } from "cx/api.js";
 import { countFrom, el } from "cx/dom.js";
-import { readOf } from "cx/env.js";
+import { readModels } from "cx/env.js";
 import { Model } from "cx/model.js";
 import { MAIN_ENV } from "cx/names.js";
 import { openPast } from "cx/recording/open.js";
@@ -15,10 +15,10 @@ const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000, // the period of reading the status
   GOALS_MS = 30000, // the period of reading the goals, which also come as events
   LEAST_PERIOD_MS = 1000, // the shortest time between two equal requests
-  STATUS_LASTS_MS = 6000; // how long the clock runs on without a status
-const MOST_TOASTS = 4,
-  TOAST_MS = 4000,
-  ERROR_TOAST_MS = 8000;
+  STATUS_LASTS_MS = 6000; // how long the clock runs on without a status: three periods
+const MOST_TOASTS = 4, // shown at once; the oldest gives way
+  TOAST_MS = 4000, // how long a toast is shown
+  ERROR_TOAST_MS = 8000; // longer, because an error has more to read
 
 class App extends EventTarget {
   selection = new Selection(this);
@@ -39,7 +39,7 @@ class App extends EventTarget {
   plotKinds = []; // kinds of events of plotted series
   stream = new Stream({
     event: (event) => this.live.apply(event),
-    state: (state) => this.connected(state),
+    state: (state) => this.connectionIs(state),
     hello: () => this.renew(),
     restarted: () => {
       this.live.clear();
@@ -57,7 +57,7 @@ class App extends EventTarget {
     async () => {
       const { env } = this,
         storeGoals = (goals) => this.live.goalsAre(goals, env, this.now);
-      await this.live.update(() => readOf(env, "goals"), storeGoals);
+      await this.live.update(() => readModels(env, "goals"), storeGoals);
       this.goalsProblem = "";
     },
     LEAST_PERIOD_MS,
@@ -66,6 +66,7 @@ class App extends EventTarget {
       this.live.touch("goals");
     },
   );
+  // a failed request keeps the last status: the stream reports a lost connection
   readStatus = throttled(async () => this.statusIs(await get("cxbridge/status")), LEAST_PERIOD_MS);
 
   constructor() {
@@ -103,7 +104,7 @@ class App extends EventTarget {
   }
 
   /** Store the state of the connection. @param state see Stream: "connecting", "open" or "lost" */
-  connected(state) {
+  connectionIs(state) {
     if (state === "lost") this.findLostReason();
     if (state === this.connection) return;
     this.connection = state;
@@ -177,6 +178,7 @@ class App extends EventTarget {
     this.listeners.add(call);
     return () => this.listeners.delete(call);
   }
+  /** Apply a change of the app's state to texts of times and gated controls, and call the listeners. */
   notify() {
     countFrom(this.zero);
     for (const node of document.querySelectorAll("[data-gate]"))
@@ -264,7 +266,7 @@ class App extends EventTarget {
     this.selection.write(); // the view reads the address when it opens
     countFrom(this.zero);
     this.notify();
-    this.reopen();
+    this.reopen(); // main.js sets this method
   }
 
   /**

@@ -1,7 +1,7 @@
 // A canvas that fills its box on screens of any pixel density, drawn at most once a frame, in the page's
 // colours; lines and dots; gestures that move and scale a drawing: wheel, drag, two fingers.
 import { el } from "cx/dom.js";
-import { NAMES, OUTCOMES } from "cx/outcome.js";
+import { OUTCOME_NAMES, OUTCOMES } from "cx/outcome.js";
 
 export const SERIES_COLOURS = 8;
 const FONT = "12px system-ui, sans-serif";
@@ -39,7 +39,7 @@ export function palette() {
     ...Object.fromEntries(["text", "dim", "line", "focus", "panel"].map((name) => [name, colourOf(name)])),
     back: colourOf("card, var(--back)"), // --back is the fallback of var()
     loud: colourOf("outcome-failed-edge"),
-    outcomes: Object.fromEntries(NAMES.map((name) => [name, outcomeOf(name)])),
+    outcomes: Object.fromEntries(OUTCOME_NAMES.map((name) => [name, outcomeOf(name)])),
     series: Array.from({ length: SERIES_COLOURS }, (_, at) => colourOf("series-" + (at + 1))),
   };
   probe.remove();
@@ -102,7 +102,11 @@ export class Canvas {
   }
 }
 
-/** Fill or stroke the path of a context. */
+/**
+ * Fill and stroke the path of a context.
+ * @param look the colours `fill` and `stroke`, of which one may be missing; `width` and `dash` of the line in
+ * pixels; `alpha`, the opacity
+ */
 export function ink(context, { fill, stroke, width = 1, dash = [], alpha = 1 }) {
   context.globalAlpha = alpha;
   if (fill) {
@@ -157,7 +161,7 @@ export function gestures(node, handlers) {
     const box = node.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   };
-  node.style.touchAction = "none";
+  node.style.touchAction = "none"; // the browser would scroll and scale the page, and cancel the pointers
   const wheel = (event) => {
     const { x, y } = place(event),
       scale = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_HEIGHT : 1,
@@ -166,11 +170,11 @@ export function gestures(node, handlers) {
     if (event.shiftKey || Math.abs(dx) > Math.abs(dy)) handlers.pan(-(dx || dy), 0);
     else handlers.zoom(Math.exp(-dy / (event.ctrlKey ? PINCHED_WHEEL : WHEEL)), x, y);
   };
-  node.addEventListener("wheel", wheel, { passive: false });
+  node.addEventListener("wheel", wheel, { passive: false }); // a passive listener cannot prevent scrolling
   node.addEventListener("pointerdown", (event) => {
     if (event.button > 0) return;
     const at = place(event);
-    node.setPointerCapture(event.pointerId);
+    node.setPointerCapture(event.pointerId); // a drag continues outside of the node
     pressed.set(event.pointerId, at);
     isMoved = pressed.size > 1;
     handlers.leave();
@@ -187,10 +191,11 @@ export function gestures(node, handlers) {
     if (drag || (!isMoved && Math.hypot(at.x - before.x, at.y - before.y) <= CLICK_RADIUS)) return;
     isMoved = true;
     pressed.set(event.pointerId, at);
-    const [, other] = [...pressed].find(([id]) => id !== event.pointerId) || [];
-    const distance = (point) => Math.max(LEAST_DISTANCE, Math.hypot(point.x - other.x, point.y - other.y));
-    if (!other) handlers.pan(at.x - before.x, at.y - before.y);
-    else handlers.zoom(distance(at) / distance(before), (at.x + other.x) / 2, (at.y + other.y) / 2);
+    const [, otherPlace] = [...pressed].find(([id]) => id !== event.pointerId) || [];
+    const distance = (point) =>
+      Math.max(LEAST_DISTANCE, Math.hypot(point.x - otherPlace.x, point.y - otherPlace.y));
+    if (!otherPlace) handlers.pan(at.x - before.x, at.y - before.y);
+    else handlers.zoom(distance(at) / distance(before), (at.x + otherPlace.x) / 2, (at.y + otherPlace.y) / 2);
   });
   for (const end of ["pointerup", "pointercancel"])
     node.addEventListener(end, (event) => {

@@ -1,6 +1,6 @@
 // The panel beside the timeline and the table of goals: the chosen goal, action or skill call with its why,
 // or the story of the run.
-import { get, part, throttled } from "cx/api.js";
+import { escapePart, get, throttled } from "cx/api.js";
 import {
   button,
   clockText,
@@ -14,8 +14,8 @@ import {
   pairs,
   refill,
 } from "cx/dom.js";
-import { readOf } from "cx/env.js";
-import { isOfRobot } from "cx/log_lines.js";
+import { readModels } from "cx/env.js";
+import { lineFilter } from "cx/log_lines.js";
 import { slotsIn } from "cx/model.js";
 import { MAIN_ENV } from "cx/names.js";
 import { actionOutcome, goalOutcome, goalText, isOpen, outcomeBadge } from "cx/outcome.js";
@@ -54,15 +54,20 @@ function conditionTree({ type, name, child = [], "param-values": values = [], "i
   if (type === "atom" && child.length) return conditionTree(child[0]); // a formula that only wraps its atom
   const text = child.length ? CONNECTIVES[type] || type : "(" + [name, ...values].join(" ") + ")",
     [outcome, icon] = isTrue ? ["completed", "✓"] : ["failed", "✗"],
-    about = { class: "dot outcome o-" + outcome, role: "img", "aria-label": String(isTrue) };
+    attributes = { class: "dot outcome o-" + outcome, role: "img", "aria-label": String(isTrue) };
   return el(
     "ul.formula",
-    el.li({ class: isTrue ? null : "is-false" }, el.i(about, icon), el.code(text), child.map(conditionTree)),
+    el.li(
+      { class: isTrue ? null : "is-false" },
+      el.i(attributes, icon),
+      el.code(text),
+      child.map(conditionTree),
+    ),
   );
 }
 
 export class Detail {
-  /** @param host see timeline/host.js @param later called when the details have changed */
+  /** @param host see timeline/host.js @param later called when the details have to be drawn again */
   constructor(host, later) {
     this.host = host;
     this.later = later;
@@ -73,7 +78,7 @@ export class Detail {
     this.target = ""; // identifies the drawn item and moment
     this.drawnAt = -Infinity;
     this.timer = null;
-    this.plans = null; // the API's plans of a goal, with preconditions: {key, list}
+    this.plans = null; // {key, list}: plans of a goal in the API's form; the executive's have preconditions
     this.why = null; // the answer to why of an item: {key, node}
     this.readPlans = throttled(() => this.askPlans(), PLANS_MS);
   }
@@ -86,7 +91,7 @@ export class Detail {
     const { host, history, box } = this,
       { item, goal } = resolve(path, history),
       isStory = !path.goal && !path.skill,
-      isOn = host.isLive && item && outcomeAt(item) === "running";
+      isRunning = host.isLive && item && outcomeAt(item) === "running";
     box.classList.toggle("is-story", isStory);
     const lengths = goal
       ? [goal, ...goal.actions].map(({ key, changes }) => key + changes.length).join()
@@ -98,9 +103,9 @@ export class Detail {
     }
     const target = JSON.stringify([path, this.why?.key, this.plans, host.cursor()?.step]),
       // the duration of a running item is drawn anew each second
-      second = isOn ? Math.floor(host.now().time / 1e6) : 0,
+      second = isRunning ? Math.floor(host.now().time / 1e6) : 0,
       sign = JSON.stringify(isStory ? this.story.sign() : [target, history.revision, second]);
-    if (sign === this.sign || (target === this.target && this.rests())) return;
+    if (sign === this.sign || (target === this.target && this.postpone())) return;
     this.target = target;
     this.drawnAt = performance.now();
     this.sign = sign;
@@ -109,11 +114,15 @@ export class Detail {
         none((path.goal || "The call") + " does not exist", "It may not have begun, or it is forgotten.");
     if (isStory) refill(box, this.story.draw(this.later));
     else refill(box, this.crumbs(path), item ? this[item.kind](item) : missing());
+    // the refill has removed the focused link: the new link to the same address gets the focus
     if (focused) [...box.querySelectorAll("a")].find((a) => a.getAttribute("href") === focused)?.focus();
   }
 
-  /** Whether the details have to wait: they change at most twice a second, so that they can be read. */
-  rests() {
+  /**
+   * Postpone the drawing after a recent one: the details change at most twice a second, so that they can be
+   * read. Returns whether the drawing was postponed.
+   */
+  postpone() {
     const rest = this.drawnAt + REST_MS - performance.now();
     if (rest <= 0) return false;
     this.timer ??= setTimeout(() => {
@@ -149,8 +158,8 @@ export class Detail {
 
   /** A button with the time of a point, which moves the cursor to the point. */
   at(point) {
-    const about = { class: "tl-time", title: "go to this moment" };
-    return button(clockText(point.time, 3), () => this.host.setCursor(point), about);
+    const attributes = { class: "tl-time", title: "go to this moment" };
+    return button(clockText(point.time, 3), () => this.host.setCursor(point), attributes);
   }
   /** The step of the chosen moment. */
   get step() {
@@ -299,18 +308,21 @@ export class Detail {
     ];
   }
 
-  /** The causes from the events, and a button for the answer of `cxbridge why`. */
+  /**
+   * The causes from the events, and a button for the answer of `cxbridge why`, which replaces both; null
+   * without causes and button.
+   */
   reasons(item) {
     const mayAsk = canAsk(this.host.app, item.env),
       answerNode = this.why?.key === item.key ? this.why.node : null,
       hasChain = outcomeAt(item) !== "completed" && causes(item, this.history).length > 1,
-      about = { id: "why", title: "the answer of cxbridge why" };
+      attributes = { id: "why", title: "the answer of cxbridge why" };
     if (!hasChain && !mayAsk) return null;
     return el(
       "section#why-text.story-why",
       el.h3("Why"),
       answerNode || (hasChain && chain(this.host, item, this.history)),
-      mayAsk && !answerNode && button("Why?", () => this.askWhy(item), about),
+      mayAsk && !answerNode && button("Why?", () => this.askWhy(item), attributes),
     );
   }
   askWhy({ kind, key, id, env, goal }) {
@@ -335,11 +347,11 @@ export class Detail {
     if (!known) return;
     let list;
     if (goal.env !== MAIN_ENV)
-      list = (await readOf(goal.env, "plans")).filter((plan) => plan["goal-id"] === known.name);
+      list = (await readModels(goal.env, "plans")).filter((plan) => plan["goal-id"] === known.name);
     else {
-      known.details = await get("clips-executive/goals/" + part(known.name));
-      const path = "clips-executive/plans/" + part(known.name) + "/";
-      list = await Promise.all((known.details.plans || []).map((plan) => get(path + part(plan))));
+      known.details = await get("clips-executive/goals/" + escapePart(known.name));
+      const path = "clips-executive/plans/" + escapePart(known.name) + "/";
+      list = await Promise.all((known.details.plans || []).map((plan) => get(path + escapePart(plan))));
     }
     this.plans = { key: goal.key, list };
     this.later();
@@ -354,7 +366,7 @@ export class Detail {
       lines = this.host
         .lines(begin, last)
         .filter(isBad)
-        .filter(isOfRobot(item, this.history, begin.time, last.time)),
+        .filter(lineFilter(item, this.history, begin.time, last.time)),
       more = lines.length - MOST_LINES;
     if (!lines.length) return null;
     const entry = (line) =>

@@ -9,7 +9,7 @@ import { MAIN_ENV } from "cx/names.js";
  * environment facts are read.
  * @param listName goals or plans
  */
-export async function readOf(env, listName) {
+export async function readModels(env, listName) {
   if (env === MAIN_ENV) return get("clips-executive/" + listName);
   const { templates, make } = MODELS[listName];
   return make(await readFacts(env, templates));
@@ -23,9 +23,9 @@ async function readFacts(env, templates) {
 /**
  * A choice among the environments; hidden while there is only one environment.
  * @param changed called when another environment was chosen, here or in another view
- * @param all whether "all environments" is a choice
+ * @param hasAll whether "all environments" is a choice
  */
-export function envSelect(app, changed, { all = false } = {}) {
+export function envSelect(app, changed, { hasAll = false } = {}) {
   const select = choice({ class: "env", "aria-label": "environment" }, (env) => {
     app.chosenEnv = env;
     changed();
@@ -33,7 +33,7 @@ export function envSelect(app, changed, { all = false } = {}) {
   select.renew = () => {
     const names = app.environments;
     select.hidden = names.length < 2;
-    select.offer([...(all ? [["", "all environments"]] : []), ...names], all ? app.chosenEnv : app.env);
+    select.offer([...(hasAll ? [["", "all environments"]] : []), ...names], hasAll ? app.chosenEnv : app.env);
   };
   let wasThere = false; // the choice has been part of the page
   const stop = app.onChange(() => {

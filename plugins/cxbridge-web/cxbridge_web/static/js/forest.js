@@ -39,18 +39,18 @@ export function forestOfGoals(goals) {
  * @param isFlat whether to list only the goals that fit, without their trees
  * @param fits(goal) whether the filter wants a goal
  * @param closed the keys of goals whose children are hidden
- * @returns {goal, depth, open, inside}: `open` is null for a goal without children; `inside` is the number of
- * hidden goals below a closed goal
+ * @returns {{goal, depth, open, inside}[]} `open` is null for a goal without children; `inside` is the number
+ * of hidden goals below a closed goal
  */
 export function rowsOf({ roots, children }, { isFlat, fits, closed }) {
-  const items = [],
+  const rows = [],
     stack = roots.map((goal) => [goal, 0]).reverse();
   while (stack.length) {
     const [goal, depth] = stack.pop(),
       childGoals = children.get(goal.key),
       open = childGoals ? isFlat || !closed.has(goal.key) : null;
     if (fits(goal))
-      items.push({
+      rows.push({
         goal,
         depth: isFlat ? 0 : depth,
         open: isFlat ? null : open,
@@ -58,7 +58,7 @@ export function rowsOf({ roots, children }, { isFlat, fits, closed }) {
       });
     if (open) stack.push(...childGoals.map((child) => [child, depth + 1]).reverse());
   }
-  return items;
+  return rows;
 }
 
 const MOST_BELOW = 9999; // a greater number is not counted exactly

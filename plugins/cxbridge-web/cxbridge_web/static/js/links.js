@@ -1,5 +1,5 @@
 // Texts with links for moments and the names of goals, rules and facts.
-import { part } from "cx/api.js";
+import { escapePart } from "cx/api.js";
 import { el } from "cx/dom.js";
 
 // a name, with #2 behind an id that is used again; or a time
@@ -17,8 +17,8 @@ export function linked(app, text, rules = new Set()) {
     let href = "";
     if (/^f-\d+$/.test(word)) href = "#/clips/facts/" + word;
     else if (app.model.goals.has(word) || app.model.gone.has(word))
-      href = (location.hash.startsWith("#/timeline") ? "#/timeline/goal/" : "#/goals/") + part(word);
-    else if (isRule) href = "#/clips/rules/" + part(word);
+      href = (location.hash.startsWith("#/timeline") ? "#/timeline/goal/" : "#/goals/") + escapePart(word);
+    else if (isRule) href = "#/clips/rules/" + escapePart(word);
     else if (/^\d/.test(word) && app.zero !== null)
       href = "#/timeline?time=" + Math.round(app.zero + parseFloat(word) * 1e6);
     if (!href) continue;

@@ -1,4 +1,4 @@
-// Finds the robot or agent of a log line.
+// Finds the log lines that may be about a goal, action or skill call, by their robots and agents.
 import { MAIN_ENV } from "cx/names.js";
 
 // components of an agent: CLIPS (ENV), BBCLIPS|ENV, Planner|ENV, ENV/NAME
@@ -17,7 +17,7 @@ const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller
  * strings.
  * @param from, to the time of the item in microseconds; calls at other times are not compared
  */
-export function isOfRobot(item, history, from, to) {
+export function lineFilter(item, history, from, to) {
   const calls = callsOf(item),
     ownNames = namesOf(calls),
     callsMeanwhile = history.calls.filter(({ begin, end }) => begin.time <= to && (!end || end.time >= from)),

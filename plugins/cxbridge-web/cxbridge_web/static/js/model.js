@@ -33,7 +33,7 @@ export class Model {
     this.touched = new Set(); // topics that have changed since the last frame
     this.frame = 0;
     this.requestCount = 0; // the requests for lists that are under way
-    this.eventsMeanwhile = []; // events since the first of these requests
+    this.eventsMeanwhile = []; // events of goals and facts since the first of these requests
     this.clear();
   }
 
@@ -88,7 +88,7 @@ export class Model {
 
   apply(event) {
     const { kind } = event,
-      handler = this["on_" + kind.replace("-", "_")];
+      handler = this["on_" + kind.replace("-", "_")]; // undefined for kinds without a method here
     if (event.time_us > this.time) this.time = event.time_us;
     if (!this.isWhole) this.history.apply(event);
     this.step = this.isWhole ? event.step : this.history.steps;
@@ -105,7 +105,10 @@ export class Model {
   keyOf(env, id) {
     return this.history.keyOf(env, id, this.step); // an id may be used again
   }
-  /** The goal that has an id now. Its `history` has its transitions up to now. */
+  /**
+   * The goal that has an id now: a known goal, which is taken from the gone goals, or a new goal that is not
+   * stored yet. Its `history` has its transitions up to now.
+   */
   goalOf(env, name) {
     const key = this.keyOf(env, name),
       changes = () => this.changesOf({ key }),

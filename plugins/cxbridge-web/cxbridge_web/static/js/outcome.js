@@ -4,10 +4,10 @@
 import { badge } from "cx/dom.js";
 
 // of cxbridge/history/outcome.py: the outcomes, the modes of ended goals, and the outcome of each state
-const { kinds, ended, goal, action, skill } = cx.outcomes;
+const { kinds, ended, goal: goalOutcomes, action: actionOutcomes, skill: skillOutcomes } = cx.outcomes;
 /** By outcome: the shown word, and the icon. */
 export const OUTCOMES = kinds;
-export const NAMES = Object.keys(OUTCOMES);
+export const OUTCOME_NAMES = Object.keys(OUTCOMES);
 
 // hasOwn, because a recording may contain any word, even `constructor`, which every object has
 const lookUp = (table, name, fallback) => (Object.hasOwn(table, name) ? table[name] : fallback);
@@ -17,16 +17,17 @@ export const hasEnded = (mode) => ended.includes(mode);
 
 /** The outcome of a goal. @param {{mode: string, outcome: string}} goal */
 export function goalOutcome({ mode, outcome }) {
-  if (hasEnded(mode)) return lookUp(goal, outcome, "retracted");
+  // a goal that ended without a known outcome was retracted, as in outcome.py
+  if (hasEnded(mode)) return lookUp(goalOutcomes, outcome, "retracted");
   return mode === "DISPATCHED" ? "running" : "formulated";
 }
 
 /** The outcome of a plan-action; an action that waits for its effects is running. */
-export const actionOutcome = (state) => lookUp(action, state, "running");
+export const actionOutcome = (state) => lookUp(actionOutcomes, state, "running");
 
 /** The outcome of a skill call by its status, with or without Fawkes' `S_`. */
 export const skillOutcome = (status) =>
-  lookUp(skill, status, lookUp(skill, "S_" + String(status).toUpperCase(), "formulated"));
+  lookUp(skillOutcomes, status, lookUp(skillOutcomes, "S_" + String(status).toUpperCase(), "formulated"));
 
 /** Whether an outcome may still change. */
 export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
@@ -40,8 +41,6 @@ export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
     text,
   );
 
-const OTHER = ["other", "?"];
-
 /** The mode of a goal, and its outcome if it has one. */
 export const goalText = ({ mode, outcome }) =>
   ["", "UNKNOWN"].includes(outcome) ? mode : mode + " " + outcome;
@@ -51,8 +50,8 @@ export function skillBadge(status) {
   return outcomeBadge(skillOutcome(name), name);
 }
 
-// tone and icon of each state of the daemon and of the page
-const DAEMON = {
+// tone and icon of each state of the daemon and of the page, and of other states
+const STATE_LOOKS = {
   RUNNING: ["done", "▶"],
   PAUSED: ["active", "❙❙"],
   BREAK: ["active", "❙❙"],
@@ -66,8 +65,9 @@ const DAEMON = {
   LOST: ["failed", "✗"],
   CONNECTING: ["chosen", "◔"],
 };
+const OTHER_LOOK = ["other", "?"];
 /** @param result {status, word} of a finished run; null for a run that continues */
 export function stateBadge(state, result = null) {
-  if (!result) return badge(...(DAEMON[state] || OTHER), state);
+  if (!result) return badge(...(STATE_LOOKS[state] || OTHER_LOOK), state);
   return badge(...(result.status ? ["failed", "✗"] : ["done", "✓"]), state + ": " + result.word);
 }

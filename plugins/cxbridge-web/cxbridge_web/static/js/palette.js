@@ -1,5 +1,5 @@
 // Search over everything: Ctrl-K, words, arrows, Enter.
-import { factsPath, get, part } from "cx/api.js";
+import { escapePart, factsPath, get } from "cx/api.js";
 import { button, el, refill, textInput } from "cx/dom.js";
 import { MAIN_ENV, skillOf } from "cx/names.js";
 import { goalText } from "cx/outcome.js";
@@ -114,7 +114,7 @@ const MOST_LINES = 5000; // of the log: the latest
 export async function readAnswers(app) {
   if (app.recording) return {};
   const paths = {
-    rules: "cxbridge/rules?env=" + part(app.env),
+    rules: "cxbridge/rules?env=" + escapePart(app.env),
     interfaces: "blackboard/interfaces",
     skills: "skiller/skills",
     facts: factsPath(app.env),
@@ -130,19 +130,19 @@ export function* entries(app, views, { rules = [], interfaces = [], skills = [],
   for (const [name, title] of views) yield entry("View", title, name);
   for (const goal of [...model.goals.values(), ...model.gone.values()]) {
     const more = goal.cls + " " + goalText(goal);
-    yield entry("Goal", goal.id, "goals/" + part(goal.key), more);
+    yield entry("Goal", goal.id, "goals/" + escapePart(goal.key), more);
   }
   const fired = [...model.firings.keys()].map((key) => key.slice(key.indexOf(" ") + 1));
   for (const name of new Set([...rules.map((rule) => rule.name), ...fired]))
-    yield entry("Rule", name, "clips/rules/" + part(name));
+    yield entry("Rule", name, "clips/rules/" + escapePart(name));
   const called = model.calls.map(({ text }) => skillOf(text));
   for (const name of new Set([...skills.map((skill) => skill.name), ...called]))
-    yield entry("Skill", name, "skills/" + part(name));
+    yield entry("Skill", name, "skills/" + escapePart(name));
   for (const uid of new Set([
     ...interfaces.map(({ type, id }) => type + "::" + id),
     ...model.interfaces.keys(),
   ]))
-    yield entry("Interface", uid, "blackboard/" + part(uid));
+    yield entry("Interface", uid, "blackboard/" + escapePart(uid));
   const texts = new Map(facts.map((fact) => [fact.index, fact.formatted]));
   for (const fact of model.factsOf(app.env || MAIN_ENV).values()) texts.set(fact.index, fact.text);
   for (const [index, text] of texts) yield entry("Fact", text, "clips/facts/f-" + index, "f-" + index);

@@ -1,11 +1,11 @@
 // Why a goal came to its outcome or what it waits for, why a rule has not fired, and the story of a run: the
 // answers of `cxbridge why` as lists of reasons, with links.
-import { get, part } from "cx/api.js";
+import { escapePart, get } from "cx/api.js";
 import { button, el, link, note, refill, secondsText } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
 
-const ruleLink = (name) => link("#/clips/rules/" + part(name), name);
+const ruleLink = (name) => link("#/clips/rules/" + escapePart(name), name);
 const small = (...children) => el("p.dim.small", ...children);
 
 /**
@@ -17,7 +17,7 @@ const small = (...children) => el("p.dim.small", ...children);
 export async function ask(app, kind, name = "", env = MAIN_ENV) {
   const { recording } = app;
   if (!recording || recording.isPast) {
-    const query = kind === "run" ? "" : "?" + kind + "=" + part(name);
+    const query = kind === "run" ? "" : "?" + kind + "=" + escapePart(name);
     return (await get("cxbridge/why" + query)).data;
   }
   if (!recording.why) throw new Error("Why is not known here: open the recording with 'cxbridge view'");

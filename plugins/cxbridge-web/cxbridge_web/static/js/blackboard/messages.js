@@ -1,5 +1,5 @@
 // Messages of an interface: the sent messages, and a form.
-import { idPath, part, post } from "cx/api.js";
+import { escapePart, idPath, post } from "cx/api.js";
 import { changeTools, choice, clockText, el, form, refill, textInput } from "cx/dom.js";
 
 const MOST_MESSAGES = 20; // of the list
@@ -61,7 +61,7 @@ export function messageForm(app, { type: interfaceType, id, message_types: types
     const type = chosenMessage,
       values = inputs.map(([field, input]) => [field.name, valueOf(field, input)]);
     app.attempt(async () => {
-      const path = "cxbridge/blackboard/" + part(interfaceType) + "/" + idPath(id) + "/messages",
+      const path = "cxbridge/blackboard/" + escapePart(interfaceType) + "/" + idPath(id) + "/messages",
         answer = await post(path, { type, fields: Object.fromEntries(values) });
       app.toast(type + " sent, number " + answer.msgid);
     });

@@ -21,6 +21,8 @@ function factText({ template, text }) {
  * The rows of facts: by rank, then by index.
  * @param owners see templateOwners()
  * @param matches(text) whether the search finds a text
+ * @returns rows of a list in virtual.js: `key`; `sign`, which changes when the row has to be drawn again;
+ * `draw()`, which makes the content; and the `fact`
  */
 export function factItems(facts, owners, matches) {
   const groups = [[], [], []]; // the rows by rank
@@ -58,6 +60,7 @@ export function rulesOfRecording(app) {
  * before the others.
  * @param firings(rule) how often a rule has fired
  * @param matches(text) whether the search finds a text
+ * @returns rows as of factItems(), without `fact`
  */
 export function ruleItems(rules, firings, matches) {
   const items = rules

@@ -1,6 +1,6 @@
 // The texts of CLIPS constructs: those of a daemon come from its API, those of a recording from its attached
 // files.
-import { get, part } from "cx/api.js";
+import { escapePart, get } from "cx/api.js";
 
 // a comment, a string, a parenthesis, or other text
 const TOKEN = /;[^\n]*|"(?:\\.|[^"\\])*"|[()]|[^()";]+/gs;
@@ -42,21 +42,26 @@ function recordedConstructs(recording, env) {
 }
 
 /** Find a construct: {construct, name, file, line, core, text}; null: no readable file has it. */
-export async function findConstruct(app, env, kind, name) {
+export async function findConstruct(app, env, construct, name) {
   const constructs = app.recording
     ? recordedConstructs(app.recording, env)
     : await get(
-        "cxbridge/constructs?text=true&env=" + part(env) + "&construct=" + kind + "&name=" + part(name),
+        "cxbridge/constructs?text=true&env=" +
+          escapePart(env) +
+          "&construct=" +
+          construct +
+          "&name=" +
+          escapePart(name),
       );
   // CLIPS keeps the last of several constructs with a name
-  return constructs.findLast((each) => each.construct === kind && each.name === name) || null;
+  return constructs.findLast((each) => each.construct === construct && each.name === name) || null;
 }
 
 /** The deftemplates of the CX core and of the agent: {core, own}, Sets of names. */
 export async function templateOwners(app, env) {
   const constructs = app.recording
     ? recordedConstructs(app.recording, env)
-    : await get("cxbridge/constructs?env=" + part(env) + "&construct=deftemplate");
+    : await get("cxbridge/constructs?env=" + escapePart(env) + "&construct=deftemplate");
   const names = (core) =>
     new Set(
       constructs

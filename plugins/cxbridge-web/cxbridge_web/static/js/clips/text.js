@@ -15,6 +15,7 @@ export function parseFact(text) {
   if (tokens[0] !== "(" || tokens[tokens.length - 1] !== ")" || tokens.length < 3) return null;
   const template = tokens[1],
     slots = new Map();
+  // an ordered fact; (template) alone is a fact without slots
   if (tokens[2] !== "(") return { template, slots: tokens.length === 3 ? new Map() : null };
   for (let at = 2; at < tokens.length - 1;) {
     if (tokens[at] !== "(" || at + 1 >= tokens.length - 1) return null;
@@ -35,10 +36,10 @@ const unquote = (token) => (token.startsWith('"') ? token.slice(1, -1).replace(/
 export const valuesOf = (text) => ((text || "").match(TOKEN) || []).map(unquote);
 
 /**
- * Return a function that returns the facts of a deftemplate; `first(name)` and `all(name)` of a fact have the
- * first value and all values of a slot.
+ * Return a function that finds the facts of a deftemplate. Of each fact, `first(name)` returns the first
+ * value of a slot, and `all(name)` all its values.
  */
-function slotsByTemplate(facts) {
+function makeFactFinder(facts) {
   const factsByTemplate = new Map();
   for (const { text } of facts) {
     const { template, slots } = parseFact(text) || {};
@@ -51,8 +52,8 @@ function slotsByTemplate(facts) {
   return (template) => factsByTemplate.get(template) || [];
 }
 
-// the names and types of the API: single values, lists, numbers and booleans
 const valuesByName = (names, get) => Object.fromEntries(names.map((name) => [name, get(name)]));
+// the slots of a goal whose names the API keeps: with a single value, and with a list of values
 const GOAL_SLOTS = ["id", "class", "type", "sub-type", "parent", "mode", "outcome", "message", "priority"],
   GOAL_LIST_SLOTS = ["error", "meta", "required-resources", "acquired-resources"];
 
@@ -89,10 +90,11 @@ function planOf({ first }, actions) {
 /**
  * @param templates the deftemplate of the listed facts, and the deftemplate of their parts
  * @param itemOf(slots, parts) makes an item of the list
+ * @returns {templates, make(facts)}, where `make` returns the list
  */
 function modelOf(templates, itemOf) {
   const make = (facts) => {
-    const [listed, parts = []] = templates.map(slotsByTemplate(facts));
+    const [listed, parts = []] = templates.map(makeFactFinder(facts));
     return listed.map((slots) => itemOf(slots, parts));
   };
   return { templates, make };

@@ -84,7 +84,7 @@ function bar(entry, side, report) {
 
 function goalRow({ a, b, label, depth }, report) {
   const differs = !a || !b || a.outcome !== b.outcome || a.error !== b.error,
-    // levels below the twelfth are not indented further
+    // levels below the twelfth are not indented further, which keeps room for the names
     style = "padding-left: " + (0.4 + Math.min(depth, 12) * 0.8) + "em";
   return el.li(
     { class: differs ? "differs" : null },

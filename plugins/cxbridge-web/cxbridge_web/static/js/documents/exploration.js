@@ -4,7 +4,7 @@ import { lanes } from "cx/documents/lanes.js";
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 
-const MOST_DRAWN = 400, // of more runs: runs that violate a property, and runs with the fewest faults
+const MOST_DRAWN = 400, // first the runs that violate a property, then the runs with the fewest faults
   RELOAD_MS = 2500; // the period of a document that grows during an exploration
 // the classes of bars by the outcome of the run; "bad" for other outcomes
 const KINDS = { completed: "good", unsuccessful: "failed", merged: "none", open: "none" };
@@ -15,7 +15,7 @@ const badges = (names, goalOf) =>
   names?.length ? names.map((name) => [outcomeBadge(goalOutcome(goalOf(name)), name), " "]) : "-";
 
 /**
- * Select the runs to draw, each with its ancestors: the runs that it and they left.
+ * Select the runs to draw. The run that a drawn run left is drawn, too.
  * @returns the indices of their rows, ascending
  */
 function selectRows(rows) {

@@ -30,11 +30,11 @@ function tickTimes(seconds, width) {
  * Draw a lane for each run.
  * @param rows {label, begin, end (both seconds), kind: a CSS class, title, href, from: the index of the
  * lane that the run left, -1 for none; isViolated}
- * @param givenSeconds the end of the axis
+ * @param endSeconds the end of the axis
  * @param about a description for screen readers
  */
-export function lanes(rows, givenSeconds, about) {
-  const seconds = givenSeconds > 0 ? givenSeconds : 1,
+export function lanes(rows, endSeconds, about) {
+  const seconds = endSeconds > 0 ? endSeconds : 1, // widths are divided by it
     longest = Math.max(0, ...rows.map(({ label }) => label.length)),
     labelWidth = Math.min(MAX_LABEL_WIDTH, Math.ceil((longest + 2) * LETTER_WIDTH)),
     room = Math.min(innerWidth - MARGINS, TEXT_WIDTH) - labelWidth,

@@ -2,7 +2,7 @@
 // views are open.
 import { choice, search } from "cx/dom.js";
 import { robotsOf } from "cx/goals/numbers.js";
-import { goalOutcome, goalText, NAMES, OUTCOMES } from "cx/outcome.js";
+import { goalOutcome, goalText, OUTCOME_NAMES, OUTCOMES } from "cx/outcome.js";
 import { parseAddress } from "cx/selection.js";
 
 const NOTHING = { words: "", outcome: "", class: "", robot: "" },
@@ -29,7 +29,12 @@ function write() {
   history.replaceState(history.state, "", path + (text && "?" + text));
 }
 
-/** @param changed called when the user changes a filter */
+/**
+ * Make the filters of the goals.
+ * @param changed called when the user changes a filter
+ * @returns {nodes, isSet, clear, read, offer, fits}: `nodes` are the controls; `isSet` tells whether a filter
+ * is set, `fits(goal)` whether all filters let a goal through
+ */
 export function goalFilter(app, changed) {
   const choose = (name) => (value) => {
     chosen[name] = value;
@@ -62,7 +67,7 @@ export function goalFilter(app, changed) {
     /** Offer the outcomes, classes and robots of these goals; a choice of one option is hidden. */
     offer(goals) {
       const optionLists = [
-        NAMES.map((name) => [name, OUTCOMES[name].word]),
+        OUTCOME_NAMES.map((name) => [name, OUTCOMES[name].word]),
         [...new Set(goals.map((goal) => goal.cls).filter(Boolean))].sort(),
         [...new Set(goals.flatMap((goal) => [...robotsBelow(goal)]))].sort(),
       ];

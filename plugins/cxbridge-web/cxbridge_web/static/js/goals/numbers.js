@@ -35,7 +35,7 @@ export function progressOf(model, goal, children = []) {
   return flags.length ? flags.filter(Boolean).length + "/" + flags.length : "";
 }
 
-/** The robots (Skillers) that executed the actions of a goal. */
+/** The robots (Skillers) of the last attempt of a goal: of each action the robot of its latest skill call. */
 export function robotsOf(model, goal) {
   const begun = ({ calls }) => calls.filter(({ begin }) => begin.step <= model.step);
   return new Set(actionsOf(model, goal).flatMap((action) => begun(action).at(-1)?.skiller ?? []));

@@ -59,7 +59,11 @@ export class Drawing {
     });
   }
 
-  /** @param items {x, y, yaw, name, kind, number, seen, trail, goal, marked}; graphs: {name, nodes, edges} */
+  /**
+   * Show these graphs and items.
+   * @param graphs {name, nodes, edges}[]
+   * @param items {x, y, yaw (null: no direction), name, kind, number, seen, trail, goal, marked}[]
+   */
   show(graphs, items) {
     Object.assign(this, { graphs, items });
     this.canvas.later();
@@ -248,7 +252,7 @@ export class Drawing {
         look,
       );
     if (item.marked) dot(context, x, y, size + 6, { stroke: colours.focus, width: 2 });
-    this.paintText(context, item.label || item.name, x + size + 4, y + 4, colours.text, colours.back);
+    this.paintText(context, item.name, x + size + 4, y + 4, colours.text, colours.back);
   }
 
   paintFrame(context, item, colours) {

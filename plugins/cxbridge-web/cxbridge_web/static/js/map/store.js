@@ -9,7 +9,7 @@ const USUAL_FRAMES = ["map", "world", "odom"];
 // the members of a point that make it differ from the point before
 const COMPARED = ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"];
 const IDENTITY = { x: 0, y: 0, yaw: 0 };
-const bare = (frame) => String(frame || "").replace(/^\//, ""); // as in tf, without a leading slash
+const withoutSlash = (frame) => String(frame || "").replace(/^\//, ""); // as in tf, without a leading slash
 
 /** The turn about the z axis in radians of a quaternion [x, y, z, w]; 0 for other values. */
 function yawOf(rotation) {
@@ -61,13 +61,14 @@ class Track {
 
 /** The pose in the values of an interface with `translation` and `rotation`. @param more added members */
 const poseOf = ({ frame, translation: [x, y], rotation }, more) => ({
-  frame: bare(frame),
+  frame: withoutSlash(frame),
   x,
   y,
   yaw: yawOf(rotation),
   ...more,
 });
 
+/** The tracks of poses and frames, and the navigation graphs. */
 export class Tracks {
   poses = new Map(); // uid -> Track
   frames = new Map(); // child frame -> Track
@@ -101,10 +102,11 @@ export class Tracks {
     const isDriving = final === false && distance > 0,
       goal = { goalX: isDriving ? values.dest_x : null, goalY: isDriving ? values.dest_y : null };
     const track = this.track(this.poses, uid, "navigator", id);
-    return [track, { frame: bare(frame) || "odom", x, y, yaw: null, seen: true, ...goal }];
+    // "odom" is also the frame of foxglove/messages.py for a target without a frame
+    return [track, { frame: withoutSlash(frame) || "odom", x, y, yaw: null, seen: true, ...goal }];
   }
   ofTransformInterface(values) {
-    const child = bare(values.child_frame);
+    const child = withoutSlash(values.child_frame);
     if (!child || !values.translation) return null;
     const track = this.track(this.frames, child, "frame", child);
     track.isStatic = Boolean(values.static_transform);
@@ -112,7 +114,7 @@ export class Tracks {
   }
 
   /** The pose of a frame in the root of its tree at a time: {root, x, y, yaw}. */
-  toRoot(frame, time) {
+  poseInRoot(frame, time) {
     let pose = IDENTITY,
       root = frame;
     // each frame is visited once: wrong transforms may form a cycle
@@ -129,8 +131,8 @@ export class Tracks {
   /** The pose of a frame in another frame at a time; null if the frames are not connected. */
   between(from, to, time) {
     if (from === to) return IDENTITY;
-    const fromPose = this.toRoot(from, time),
-      toPose = this.toRoot(to, time);
+    const fromPose = this.poseInRoot(from, time),
+      toPose = this.poseInRoot(to, time);
     return fromPose.root === toPose.root ? compose(inverse(toPose), fromPose) : null;
   }
 
@@ -178,6 +180,7 @@ export class Tracks {
   }
 }
 
+/** The tracks of the live run, or of the open recording. */
 export class TrackStore extends Store {
   constructor(app) {
     super(app, (events = []) => {

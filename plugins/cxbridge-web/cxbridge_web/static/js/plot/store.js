@@ -1,5 +1,5 @@
 // The plotted series of the live run and of the open recording; they outlive the view.
-import { factsPath, get, idPath, part } from "cx/api.js";
+import { escapePart, factsPath, get, idPath } from "cx/api.js";
 import { findSource } from "cx/plot/names.js";
 import { Series } from "cx/plot/series.js";
 import { Store } from "cx/stores.js";
@@ -78,7 +78,7 @@ class PlotStore extends Store {
       sample = (event) => series.count || series.take({ ...event, kind, time_us: now });
     try {
       if (kind === "interface") {
-        const { data } = await get("blackboard/interfaces/" + part(type) + "/" + idPath(id) + "/data");
+        const { data } = await get("blackboard/interfaces/" + escapePart(type) + "/" + idPath(id) + "/data");
         sample({ uid, values: data });
       } else if (kind === "fact")
         for (const fact of await get(factsPath(env, template)))
@@ -92,7 +92,7 @@ class PlotStore extends Store {
 export const plotsOf = (app) => PlotStore.of(app);
 
 /** The address of the plot of these values. */
-export const plotAddress = (names) => "#/plot" + names.map((name) => "/" + part(name)).join("");
+export const plotAddress = (names) => "#/plot" + names.map((name) => "/" + escapePart(name)).join("");
 
 /** Add series to the plot, and go to the plot. */
 export function plot(app, names) {

@@ -1,9 +1,9 @@
 // The story of a run, beside the timeline while no goal is chosen: outcome, wanted goals, present skills,
 // failures and their reasons.
-import { part } from "cx/api.js";
+import { escapePart } from "cx/api.js";
 import { capital, dim, durationText, el, link, listSection, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";
-import { goalOutcome, isOpen, NAMES, outcomeBadge, OUTCOMES } from "cx/outcome.js";
+import { goalOutcome, isOpen, OUTCOME_NAMES, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 import { causes, errorOf, forestOf, lateCalls, overcomeFailures, reasonOf } from "cx/story/causes.js";
 import { pathTo } from "cx/timeline/host.js";
 import { outcomeAt } from "cx/timeline/spans.js";
@@ -191,7 +191,7 @@ export class Story {
   counts() {
     const { goals, calls, errors } = this.host.history,
       outcomes = [...goals.values()].map((goal) => goalOutcome(goal.changes.at(-1))),
-      counts = NAMES.map((name) => [name, outcomes.filter((each) => each === name).length]);
+      counts = OUTCOME_NAMES.map((name) => [name, outcomes.filter((each) => each === name).length]);
     return el(
       "p.dim.story-counts",
       plural(goals.size, "goal") + ": ",
@@ -199,7 +199,7 @@ export class Story {
         .filter(([, count]) => count)
         .map(([name, count], at) => [
           at ? ", " : "",
-          link("#/goals?goal=&outcome=" + part(name), count + " " + OUTCOMES[name].word),
+          link("#/goals?goal=&outcome=" + escapePart(name), count + " " + OUTCOMES[name].word),
         ]),
       ". " + calls.length + " skill calls. ",
       errors.length

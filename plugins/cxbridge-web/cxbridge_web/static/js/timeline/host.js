@@ -1,6 +1,6 @@
 // The page for the timeline, the details and the story: the run, the chosen moment, addresses. A path names a
 // goal, action or skill call by the parts of its address: goal/KEY/action/PLAN ID/skill/NUMBER.
-import { part } from "cx/api.js";
+import { escapePart } from "cx/api.js";
 import { zeroOfTimes } from "cx/dom.js";
 
 const NAMES = ["goal", "action", "skill"];
@@ -39,7 +39,7 @@ export function resolve(path, history) {
 }
 
 /** The address of a path in the timeline. */
-export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(part)].join("/");
+export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(escapePart)].join("/");
 
 /**
  * @typedef {object} Moment

@@ -2,7 +2,7 @@
 // names of rows, also for screen readers.
 import { dim, durationText, el } from "cx/dom.js";
 import { forestOfGoals } from "cx/forest.js";
-import { NAMES, OUTCOMES } from "cx/outcome.js";
+import { OUTCOME_NAMES, OUTCOMES } from "cx/outcome.js";
 import { nameOfLane } from "cx/timeline/board.js";
 import { outcomeAt, spansOf, timesOf } from "cx/timeline/spans.js";
 
@@ -68,7 +68,7 @@ export class Rows {
 
   /** The number of goals of each outcome. */
   counts() {
-    const counts = Object.fromEntries(NAMES.map((name) => [name, 0]));
+    const counts = Object.fromEntries(OUTCOME_NAMES.map((name) => [name, 0]));
     for (const goal of this.goals) counts[outcomeAt(goal)] += 1;
     return counts;
   }

@@ -1,6 +1,6 @@
 // The toolbar of the timeline: outcomes as legend and filter; search, folds, axis, zoom.
 import { button, checkbox, el, plural, search } from "cx/dom.js";
-import { NAMES, OUTCOMES } from "cx/outcome.js";
+import { OUTCOME_NAMES, OUTCOMES } from "cx/outcome.js";
 
 const ZOOM = 1.7; // the factor of a press of + or −
 
@@ -22,7 +22,7 @@ export class Toolbar {
   constructor(timeline, more = []) {
     this.timeline = timeline;
     const { window, rows } = timeline;
-    this.chips = NAMES.map((name) => this.chip(name));
+    this.chips = OUTCOME_NAMES.map((name) => this.chip(name));
     this.countNode = el("span.dim.count", { role: "status" });
     this.nowButton = toolButton(
       "Follow",

@@ -1,5 +1,5 @@
 // Interfaces: writers, readers, values as they change, and messages to send.
-import { get, idPath, part } from "cx/api.js";
+import { escapePart, get, idPath } from "cx/api.js";
 import { messageForm, sentMessages } from "cx/blackboard/messages.js";
 import { backLink, button, clockText, dim, el, none, note, pairs, plural, redraw, refill } from "cx/dom.js";
 import { fieldNames } from "cx/plot/names.js";
@@ -57,7 +57,7 @@ export function open(root, app) {
         sign: (item) => item.writer + item.readers.length + item.writes,
         height: "--row-two",
         draw: interfaceRow,
-        select: (item) => goTo("#/blackboard/" + part(item.uid)),
+        select: (item) => goTo("#/blackboard/" + escapePart(item.uid)),
       },
     },
     draw,
@@ -81,7 +81,9 @@ export function open(root, app) {
   const readData = life.reader(async () => {
     const info = chosenInfo();
     if (!info) return;
-    const answer = await get("blackboard/interfaces/" + part(info.type) + "/" + idPath(info.id) + "/data");
+    const answer = await get(
+      "blackboard/interfaces/" + escapePart(info.type) + "/" + idPath(info.id) + "/data",
+    );
     if (info.uid !== chosenUid) return; // another interface was chosen during the request
     chosenData = answer;
     drawValues();

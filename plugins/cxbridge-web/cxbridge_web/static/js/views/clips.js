@@ -1,5 +1,5 @@
 // CLIPS: facts and rules of an environment; why a fact is there, why a rule has not fired.
-import { factsPath, get, part } from "cx/api.js";
+import { escapePart, factsPath, get } from "cx/api.js";
 import { factItems, ruleItems, rulesOfRecording } from "cx/clips/lists.js";
 import { findConstruct, templateOwners } from "cx/clips/source.js";
 import { button, capital, dim, el, none, note, redraw, refill, tabs } from "cx/dom.js";
@@ -63,7 +63,7 @@ export function open(root, app) {
       );
     }, SOON_MS),
     rules: page.reader(async () => {
-      rules = await get("cxbridge/rules?env=" + part(app.env));
+      rules = await get("cxbridge/rules?env=" + escapePart(app.env));
     }, SOON_MS),
   };
   const renew = () => app.recording || readers[shownTab]();

@@ -1,5 +1,5 @@
 // The goals as a table, in the order of their trees, and the chosen goal beside the table.
-import { part } from "cx/api.js";
+import { escapePart } from "cx/api.js";
 import { Detail } from "cx/detail.js";
 import { button, checkbox, clockText, dim, durationText, el, none, plural, refill } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
@@ -24,7 +24,9 @@ let showsGone = null; // null: gone goals are shown if there are no other goals
 /** The address of a goal in the table, or of an action or skill call in the timeline. */
 function address(path) {
   if (path.action || path.skill) return timelineAddress(path);
-  return path.goal ? "#/goals/" + part(path.goal) + filterQuery() : "#/goals" + filterQuery({ goal: "" });
+  return path.goal
+    ? "#/goals/" + escapePart(path.goal) + filterQuery()
+    : "#/goals" + filterQuery({ goal: "" });
 }
 /** The text of a duration, cut to tenths of a second. */
 const shortTime = (us) => durationText(us < 1e6 ? us : Math.floor(us / 1e5) * 1e5);
@@ -44,7 +46,7 @@ export function open(root, app) {
       app.readGoals();
       draw();
     },
-    { all: true },
+    { hasAll: true },
   );
   const filter = goalFilter(app, () => draw());
   const goneBox = checkbox("past goals", false, (on) => {

@@ -1,5 +1,5 @@
 // Skills: the present skill of a Skiller with its states, the calls, a call by a skill string.
-import { get, part, post, remove } from "cx/api.js";
+import { escapePart, get, post, remove } from "cx/api.js";
 import { backLink, button, choice, dim, el, form, pairs, redraw, submit, textInput } from "cx/dom.js";
 import { skillOf } from "cx/names.js";
 import { skillBadge } from "cx/outcome.js";
@@ -37,7 +37,7 @@ export function open(root, app) {
     shownSkiller = "",
     executorAnswer = []; // the API's answer with the interfaces of executors
   /** The path of a request to the shown Skiller. */
-  const pathFor = (path) => path + (skiller() === DEFAULT_ID ? "" : "?skiller=" + part(skiller()));
+  const pathFor = (path) => path + (skiller() === DEFAULT_ID ? "" : "?skiller=" + escapePart(skiller()));
   const nowBox = el("div#skill-now.now", { role: "status" }),
     machineBox = el("div#machine"),
     callsBox = el("div#calls"),
@@ -85,7 +85,7 @@ export function open(root, app) {
           who ? el("span.dim.small", who) : null,
           status ? skillBadge(status) : null,
         ],
-        select: (item) => goTo("#/skills/" + part(item.name)),
+        select: (item) => goTo("#/skills/" + escapePart(item.name)),
       },
     },
     drawNames,

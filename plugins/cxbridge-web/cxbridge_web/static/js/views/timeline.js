@@ -19,7 +19,7 @@ export function open(root, app) {
     timeline.rows.env = app.chosenEnv;
     timeline.relist();
   };
-  timeline = new Timeline(host, [envSelect(app, showEnv, { all: true })]);
+  timeline = new Timeline(host, [envSelect(app, showEnv, { hasAll: true })]);
   showEnv();
   timeline.box.classList.add("panel");
   root.append(timeline.box);
