@@ -20,6 +20,7 @@
   (slot name (type SYMBOL))
   (multislot param-values)
   (slot text (type STRING))
+  ; --- the fact address and the fact index of the domain-fact
   (slot fact (type FACT-ADDRESS))
   (slot idx (type INTEGER))
 )

@@ -1,7 +1,7 @@
 ; temporal.clp - select the actions of a TEMPORAL plan at their dispatch times
 ;
 ; Dispatch times count from the start of the plan: the first tick at which its goal is
-; DISPATCHED. The time fact is the last condition, so that a tick only concerns the actions that
+; DISPATCHED and the plan is not suspended. The time fact is the last condition, so that a tick only concerns the actions that
 ; wait for their dispatch time.
 ;
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each

@@ -132,7 +132,7 @@
   (retract ?again))
 
 (defrule retry-again-counts-anew
-  "A RETRY goal that begins another try itself begins with the first of its own tries."
+  "When a RETRY goal is itself tried again, it counts its tries from 0."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-tried-again ?id)
   ?goal <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED|EXPANDED)
