@@ -29,7 +29,7 @@ _MODULE_BY_NAME = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name, or return the class of a shipped interface type, on first use."""
+    """Return a public object or the class of a shipped interface type; the first use imports its module."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
     if name == "__version__":

@@ -306,7 +306,7 @@ class FuzzedServer:
         assert writer_count == sum(instance.is_writer for instance in instances), "a stale writer, or two"
         assert reader_count == sum(not instance.is_writer for instance in instances), "a stale reader"
         assert len(remote) == sum(
-            len(membership.instances)
+            len(membership.instance_serials)
             for session in self.sessions()
             for membership in session.memberships.values()
         )

@@ -28,9 +28,7 @@ def test_message_with_split_character_is_readable(length: int):
 def test_random_text_is_lua_or_has_error(text: str):
     data = text.encode("utf-8", "surrogatepass")
     skill_string = data.decode("utf-8", "surrogateescape")
-    message = ErrorTracker(1, "the error before").current_error(
-        2, skill_string, "the error before", failed=True
-    )
+    message = ErrorTracker(1, "the error before").update(2, skill_string, "the error before", failed=True)
     message.encode()
     assert bool(find_syntax_error(skill_string)) == (LuaCompiler().find_error(data) is not None)
     assert message == (find_syntax_error(skill_string) or "the error before")

@@ -46,8 +46,8 @@ class OpenRequest(Struct, frozen=True):
     """A request to open an interface, with checked names.
 
     :param owner: the opener's name, for lists and log lines.
-    :param queue_limit: the maximum number of a writer's queued messages, by default 1,024.
-    :param listen: called with the instance before other code can access it.
+    :param queue_limit: the maximum number of a writer's queued messages; None: 1,024.
+    :param listen: called with the instance before other code can access the instance.
     """
 
     interface_class: type[Interface]
@@ -72,7 +72,7 @@ class OpenRequest(Struct, frozen=True):
         return self.type, self.id
 
     def make_instance(self, port: ListenedPort, serial: UUID) -> Interface:
-        """Make the instance with its initial listeners."""
+        """Make the instance, and register the listeners of the request."""
         instance = self.interface_class(
             port,
             id=self.id,
@@ -162,6 +162,8 @@ class BlackBoard(ABC):
         :raises UnknownTypeError: if the type is unknown.
         :raises InterfaceDefinitionError: if the definition is wrong.
         :raises VersionMismatchError: if the interface is open in another version of the type.
+        :raises BlackBoardGoneError: after the shutdown.
+        :raises BlackBoardError: if a remote blackboard does not reply, or refuses for another reason.
         """
         interface_class = self._find_class(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, listen=listen))
@@ -206,7 +208,10 @@ class BlackBoard(ABC):
         :raises WriterActiveError: if the interface has a writer.
         :raises InvalidNameError: if the type or the id is empty or too long.
         :raises UnknownTypeError: if the type is unknown.
+        :raises InterfaceDefinitionError: if the definition is wrong.
         :raises VersionMismatchError: if the interface is open in another version of the type.
+        :raises BlackBoardGoneError: after the shutdown.
+        :raises BlackBoardError: if a remote blackboard does not reply, or refuses for another reason.
         """
         interface_class = self._find_class(interface, interface_id)
         return self._open(
@@ -256,10 +261,11 @@ class BlackBoard(ABC):
 
         :param type_glob: a shell pattern for the type: ``*``, ``?``, ``[seq]``, ``[!seq]``.
         :param id_glob: a shell pattern for the id.
+        :raises BlackBoardError: if a remote blackboard was shut down or does not reply.
         """
 
     def list_all(self) -> Sequence[InterfaceInfo]:
-        """Return all interfaces, oldest first."""
+        """Return all interfaces, as :meth:`list` without patterns does."""
         return self.list()
 
     @property
@@ -283,7 +289,7 @@ class BlackBoard(ABC):
         """Wait until the server has received all earlier calls and listeners have handled all earlier events.
 
         :param timeout: the limit in seconds; by default the timeout of requests.
-        :raises BlackBoardError: after the timeout.
+        :raises BlackBoardError: after the timeout, or after the shutdown of a remote blackboard.
         """
 
     def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:
@@ -328,7 +334,7 @@ class BlackBoard(ABC):
     def report_fault(self, operation: str, error: Exception) -> None:
         """Report an error of a listener or an observer.
 
-        :param operation: the call that failed.
+        :param operation: the failed call and its interface, as text.
         """
         if self._log is None:
             import logging  # noqa: PLC0415 - slow to import, rarely needed

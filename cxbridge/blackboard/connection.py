@@ -25,7 +25,7 @@ def connect(url: str = DAEMON_URL, *, interface_dirs: Sequence[str | Path] = ())
     :param url: ``tcp://HOST:PORT`` or ``ipc://FILE`` of a daemon, ``fawkes://HOST[:PORT]`` of Fawkes, or
         ``local:`` for a blackboard of this program; by default the daemon of this machine.
     :param interface_dirs: folders with interface definitions, searched first.
-    :raises BadUrlError: if the URL is invalid.
-    :raises BlackBoardError: if no server replies.
+    :raises BadUrlError: if the URL has an unknown scheme.
+    :raises BlackBoardError: if the URL is invalid in another way, or no server replies.
     """
     return open_blackboard(url, InterfaceRegistry(map(Path, interface_dirs)), RealClock())

@@ -75,7 +75,10 @@ class UnknownTypeError(BlackBoardError):
 
 
 class WriterActiveError(BlackBoardError):
-    """The interface has another writer."""
+    """The interface has another writer.
+
+    :param owner: the owner of the other writer; empty if unknown.
+    """
 
     def __init__(self, interface_type: str, interface_id: str, owner: str) -> None:
         super().__init__(

@@ -1,7 +1,8 @@
 """Waiting for events of interfaces in the thread of a command such as ``bb watch``.
 
-A blackboard calls listeners in the thread of the event, but a command waits in the main thread. A feed queues
-the events for the command, with the values of the interface at the time of the event.
+A blackboard calls listeners in the thread of a write or in a thread of its own, but a command waits in the
+main thread. A feed queues the events for the command, with the values of the interface at the time of the
+event.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ class InterfaceChange:
     :param uid: ``Type::id``.
     :param kind: ``data``, ``writer added`` or ``writer removed``.
     :param time_us: the data's time stamp, microseconds since the epoch.
+    :param values: the values of the fields by name.
     """
 
     uid: str
@@ -91,10 +93,13 @@ class Feed(Listener, Observer, Closing):
         return tuple(self._instances.values())
 
     def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
-        """Follow all present and future interfaces that match; return the present interfaces.
+        """Follow all matching interfaces; return the present ones, opened.
+
+        :meth:`wait_for_change` opens the interfaces that are created later.
 
         :raises BlackBoardError: if an interface cannot be opened.
         """
+        # the observer first: an interface that is created in between is in the list, too, and opened once
         self._board.register_observer(self, type_glob, id_glob)
         return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
 
@@ -105,7 +110,10 @@ class Feed(Listener, Observer, Closing):
             return InterfaceChange(instance.uid, "data", instance.timestamp_us, instance.as_dict())
 
     def wait_for_change(self, deadline: Deadline) -> InterfaceChange | None:
-        """Wait for an event; return None after the deadline."""
+        """Wait for an event; return None after the deadline.
+
+        :raises BlackBoardError: if an interface that was created meanwhile cannot be opened.
+        """
         while True:
             try:
                 event = self._events.get(timeout=deadline.remaining_s())

@@ -1,9 +1,9 @@
 """Listeners of interfaces and observers of a blackboard, and the tables that notify them.
 
 A listener handles the events of one interface, an observer the creation and destruction of interfaces. A
-blackboard calls both in the thread of the event without a lock, so that they may use the blackboard. A table
-replaces its tuple of registrations at each change, so that a notification in progress iterates over the old
-tuple.
+local blackboard calls both in the thread of the event, a remote blackboard mostly in its dispatcher's thread.
+No lock is held meanwhile, so that listeners and observers may use the blackboard. A table replaces a tuple of
+registrations at each change, so that a notification in progress iterates over the old tuple.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class ObserverTable:
                     self._report(f"{method.__name__} of {interface_type}::{interface_id}", error)
 
     def _find_registrations(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
-        """Return the first matching registration of each observer, even if several of its patterns match."""
+        """Return one registration of each observer with a match: the first, if several match."""
         selected: dict[int, _ObserverRegistration] = {}
         for registration in self._registrations:
             if matches(interface_type, interface_id, registration.type_glob, registration.id_glob):
@@ -113,7 +113,8 @@ class Listener:
     """Base class of listeners, which override the methods of the events that they handle.
 
     The first argument is always the instance for which the listener was registered. The instance shows the
-    data of its last ``read()``: a listener that needs the new data reads first.
+    data of its last ``read()``: a listener that needs the new data reads first. The argument ``serial`` is
+    the serial of the opened or closed instance.
     """
 
     def data_refreshed(self, interface: Interface) -> None:
@@ -148,8 +149,8 @@ class MembershipListener(Listener):
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
         """Handle the opening or closing of an instance.
 
-        :param kind: ``READER_ADDED`` to ``WRITER_REMOVED``.
-        :param serial: the opened or closed instance.
+        :param kind: one of `MEMBERSHIP_KINDS`.
+        :param serial: the serial of the opened or closed instance.
         """
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
@@ -192,7 +193,7 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
 
     :param messages: whether to include messages.
     """
-    # a bound method has the function of its class; a function that an instance has instead has no __func__
+    # __func__ of a bound method is the function in the class; a plain function set on an instance has none
     return tuple(
         kind
         for kind in EventKind

@@ -40,13 +40,13 @@ class InterfaceMemory(BoardPort):
     The lock guards the lists of instances and orders the writes. The memory releases the lock before it calls
     listeners, so that a listener may open, write and close interfaces.
 
-    :param serial: the number of the memory, unique on the blackboard.
+    :param mem_serial: the number of the memory, unique on the blackboard.
     """
 
     def __init__(
-        self, board: BlackBoard, interface_class: type[Interface], interface_id: str, serial: int
+        self, board: BlackBoard, interface_class: type[Interface], interface_id: str, mem_serial: int
     ) -> None:
-        super().__init__(board, interface_class, interface_id, serial)
+        super().__init__(board, interface_class, interface_id, mem_serial)
         self._bus = board.bus
         self._writer: Interface | None = None
         self._readers: dict[UUID, Interface] = {}
@@ -54,6 +54,7 @@ class InterfaceMemory(BoardPort):
     def attach(self, request: OpenRequest, serial: UUID) -> Interface:
         """Make and register an instance.
 
+        :param serial: the serial of the instance.
         :raises WriterActiveError: if the request is for a second writer.
         :raises VersionMismatchError: if the class belongs to another version of the type.
         """
@@ -154,12 +155,12 @@ class InterfaceMemory(BoardPort):
         """Append a message to the writer's queue, unless a listener handles the message.
 
         :raises NoWriterError: if the interface has no writer.
-        :raises QueueFullError: if the queue is bounded and full.
+        :raises QueueFullError: if the queue is full.
         """
         outcome = REFUSED
         try:
             self._transmit(sender, message)
-            outcome = ""
+            outcome = ""  # queued or handled, which the message shows
         finally:
             emit_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
 
@@ -286,7 +287,7 @@ class LocalTransport(Transport):
         """Return a new blackboard.
 
         :param options: arguments of `LocalBlackBoard`.
-        :raises BlackBoardError: if the URL has more than its scheme.
+        :raises BadUrlError: if the URL has more than its scheme.
         """
         if url.partition(":")[2].strip("/"):  # local: and local:// are the same
             raise BadUrlError(f"'{url}' must end after the scheme", hint="write local:")

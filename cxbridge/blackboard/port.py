@@ -1,7 +1,7 @@
 """The base class of ports, which connect the instances of one interface to their blackboard.
 
 A port has the data, the message ids and the listeners of the interface. Each transport has a subclass of
-:class:`BoardPort`, and constructs received messages by :func:`receive_message`.
+:class:`BoardPort`, and makes received messages by :func:`make_received_message`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from cxbridge.interfaces.message_ids import id_offset, next_id, read_id
 class Snapshot(Struct, frozen=True, gc=False):
     """The data of an interface after a write.
 
-    Each write makes a snapshot, which the garbage collector need not track (``gc=False``), because it refers
-    to no other objects.
+    Each write makes a snapshot, which the garbage collector need not track (``gc=False``), because numbers
+    and bytes cannot refer back to it.
 
     :param version: the number of the write, from 1; 0 before the first write.
     :param last_stamped: the number of the last write with a new time stamp.
@@ -38,7 +38,7 @@ class Snapshot(Struct, frozen=True, gc=False):
 
 
 class BoardPort:
-    """An interface on a blackboard; the transport adds the access to the interface.
+    """An interface on a blackboard; the transport's subclass carries out writes and sends messages.
 
     A write replaces the whole snapshot, so a reader in another thread needs no lock to get all parts of the
     same write. The lock orders the writes.
@@ -112,7 +112,7 @@ class BoardPort:
         return False
 
 
-def receive_message(
+def make_received_message(
     instance: Interface,
     message_type: str,
     block: bytes,
@@ -123,12 +123,13 @@ def receive_message(
     hops: int,
     thread: str = UNKNOWN_THREAD,
 ) -> Message:
-    """Return a received message.
+    """Return the message of a received block, with its envelope: ids, hops and thread.
 
     :param instance: an instance of the receiving interface.
     :param sender: the serial of the last sender.
     :param source: the serial of the first sender.
     :param hops: the number of crossed networks.
+    :param thread: the name of the sending thread.
     :raises UnknownMessageTypeError: if the interface has no such message.
     :raises InterfaceError: if the size of the block is wrong.
     """

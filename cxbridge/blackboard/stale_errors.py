@@ -23,8 +23,8 @@ class ErrorTracker:
         self._error = error
         self._previous_error = ""
 
-    def current_error(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
-        """Return the error of the present skill string.
+    def update(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
+        """Record what the Skiller shows, and return the error of the present skill string.
 
         :param msgid: the id of the message that the Skiller shows.
         :param error: the error that the Skiller shows; replaced by the syntax error of the skill string if

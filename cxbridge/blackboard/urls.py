@@ -1,4 +1,4 @@
-"""Opening of blackboards by URL: a local blackboard, or a daemon's over ZeroMQ.
+"""The transports that open blackboards by URL: a local blackboard, or a daemon's over ZeroMQ.
 
 The scheme of the URL selects a row of :data:`TRANSPORTS`, to which plug-ins add transports.
 """
@@ -15,7 +15,7 @@ from cxbridge.plugins import Row, Table, package_hint
 
 __all__ = ["TRANSPORTS", "BadUrlError", "find_transport", "open_blackboard"]
 
-_ZMQ = "cxbridge.blackboard.zmq.transport:ZmqTransport"
+_ZMQ_TARGET = "cxbridge.blackboard.zmq.transport:ZmqTransport"
 
 
 def _is_transport(loaded: object) -> bool:
@@ -27,8 +27,8 @@ TRANSPORTS: Final[Table[type[Transport]]] = Table(
     _is_transport,
     "a subclass of cxbridge.blackboard.kit.transport.Transport",
     Row("local", "cxbridge.blackboard.local:LocalTransport"),
-    Row("tcp", _ZMQ),
-    Row("ipc", _ZMQ),
+    Row("tcp", _ZMQ_TARGET),
+    Row("ipc", _ZMQ_TARGET),
 )
 """The transports by URL scheme."""
 
@@ -37,6 +37,7 @@ def find_transport(url: str) -> Transport:
     """Return the transport for a URL.
 
     :raises BadUrlError: if no transport has the URL's scheme.
+    :raises PluginError: if the transport of a plug-in cannot be loaded.
     """
     scheme, colon, _ = url.partition(":")
     # not by `TRANSPORTS.find`, whose error would name the scheme instead of the URL
@@ -58,7 +59,7 @@ def open_blackboard(
     :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, or a URL of a plug-in,
         optionally with the query that the transport's ``read_query`` defines.
     :param registry: returns the classes of types that are named by a string.
-    :param bus: gets log lines.
+    :param bus: gets log lines; from a local blackboard, also writes.
     :param options: further arguments of the transport's blackboard class, see e.g.
         :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
     :raises BadUrlError: if no transport has the scheme.

@@ -1,1 +1,1 @@
-"""The command line, one file per command or group. Commands import their modules when they run."""
+"""The command line. Each command or group has a module in :mod:`.commands`, imported on first use."""

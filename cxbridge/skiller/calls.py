@@ -239,9 +239,7 @@ class SkillerCall(Closing):
                     return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
             is_accepted = True
-            error = error_tracker.current_error(
-                msgid, shown_string, values["error"], failed=status == _FAILED
-            )
+            error = error_tracker.update(msgid, shown_string, values["error"], failed=status == _FAILED)
             if status != reported_status:
                 reported_status = status
                 self._on_status(status, error)

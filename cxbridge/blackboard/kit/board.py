@@ -20,7 +20,7 @@ class RemoteBlackBoard(BlackBoard):
     The dispatcher's thread calls listeners and observers, soon after the event.
     """
 
-    _dispatcher: Dispatcher
+    _dispatcher: Dispatcher  # set by the subclass
 
     def __init__(self, registry: Registry, clock: Clock, bus: EventBus | None) -> None:
         super().__init__(registry, clock, bus)

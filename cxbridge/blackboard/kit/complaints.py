@@ -24,18 +24,18 @@ class Complaints:
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log: Final = log
         self._lock = threading.Lock()
-        # by kind: the time of the last log line, and the number of suppressed complaints since then
-        self._last_lines: dict[str, tuple[float, int]] = {}
+        # the time of the last log line, and the number of suppressed complaints since then
+        self._history_by_kind: dict[str, tuple[float, int]] = {}
 
     def add(self, kind: str, text: str) -> None:
         """Log ``text``, or count it if a complaint of its kind was logged within the pause."""
         now_s = time.monotonic()
         with self._lock:
-            if kind not in self._last_lines and len(self._last_lines) >= MAX_KINDS:
+            if kind not in self._history_by_kind and len(self._history_by_kind) >= MAX_KINDS:
                 kind = ""  # all further kinds share one pause
-            last_s, count = self._last_lines.get(kind, (-PAUSE_S, 0))
+            last_s, suppressed_count = self._history_by_kind.get(kind, (-PAUSE_S, 0))
             if now_s - last_s < PAUSE_S:
-                self._last_lines[kind] = last_s, count + 1
+                self._history_by_kind[kind] = last_s, suppressed_count + 1
                 return
-            self._last_lines[kind] = now_s, 0
-        self._log(f"{text} ({count} more times since the last line)" if count else text)
+            self._history_by_kind[kind] = now_s, 0
+        self._log(f"{text} ({suppressed_count} more times since the last line)" if suppressed_count else text)

@@ -42,10 +42,12 @@ class Dispatcher:
         return threading.get_ident() == self.thread_id
 
     def drain(self, timeout: float) -> bool:
-        """Wait until the calls queued so far were made; return False after the timeout.
+        """Wait until the calls queued so far have been made; return False after the timeout.
 
-        A listener that waits in the dispatcher's thread would block the queue, so there the method returns at
-        once.
+        A listener that waits in the dispatcher's thread would block the queue, so there the method returns
+        True at once, as it does after the end of the thread.
+
+        :param timeout: the limit in seconds.
         """
         if self.is_current_thread() or not self._thread.is_alive():
             return True

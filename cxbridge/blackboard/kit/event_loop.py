@@ -12,14 +12,16 @@ from cxbridge.closing import Closing
 
 ResultT = TypeVar("ResultT")
 
-_STOP_TIMEOUT_S: Final = 5.0  # a callback that does not return must not block the end of the process
+# a callback that does not return must not block the end of the process, so the thread is a daemon, too
+_STOP_TIMEOUT_S: Final = 5.0
 
 
 class LoopThread(Closing):
     """A thread that runs an event loop until it is closed.
 
-    All methods may be called from any thread, even before the loop runs. The loop starts calls and coroutines
-    in order; `close` ends it after the earlier calls.
+    All methods may be called from any thread, even before the loop runs; only `close`, which joins the
+    thread, must not be called within it. The loop starts calls and coroutines in order; `close` ends the loop
+    after the earlier calls.
     """
 
     def __init__(self, name: str) -> None:

@@ -15,6 +15,7 @@ from cxbridge.events import Logger
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.schema import InterfaceSchema
 
+# each instance takes memory besides its block, which may be small
 MAX_INSTANCES: Final = 4096
 """The maximum number of open instances of a client."""
 
@@ -30,10 +31,10 @@ def check_client_limits(instances: Iterable[Interface], schema: InterfaceSchema)
     :param schema: the type of the instance to be opened.
     :raises RemoteRefusalError: if the client would exceed the limits.
     """
-    sizes = [instance.SCHEMA.datasize for instance in instances]
-    if len(sizes) >= MAX_INSTANCES:
+    block_sizes = [instance.SCHEMA.datasize for instance in instances]
+    if len(block_sizes) >= MAX_INSTANCES:
         raise RemoteRefusalError(f"a client may have at most {MAX_INSTANCES} interfaces open")
-    if sum(sizes) + schema.datasize > MAX_BLOCK_BYTES:
+    if sum(block_sizes) + schema.datasize > MAX_BLOCK_BYTES:
         raise RemoteRefusalError(
             f"the interfaces of a client may have at most {MAX_BLOCK_BYTES} bytes in total"
         )
@@ -85,7 +86,7 @@ class BoardServer(ABC):
     def stop(self, timeout: float | None = None) -> None:
         """End the sessions, close the instances of their clients and release the resources.
 
-        Further calls have no effect.
+        Further calls have no effect, except after a timeout: then the resources are not released yet.
 
         :param timeout: the seconds to wait for the thread; None: no limit.
         """

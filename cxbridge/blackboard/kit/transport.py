@@ -28,6 +28,7 @@ class Transport(ABC):
         """Return the blackboard at ``url``, connected.
 
         :param url: a URL without query.
+        :param options: the options from :meth:`read_query`, and further arguments of the blackboard's class.
         :raises BlackBoardError: if the URL is invalid, or no server replies.
         """
 

@@ -29,7 +29,10 @@ class SocketWakeup:
                 self._sender.send(b"!")
 
     def clear(self) -> None:
-        """Make the descriptor unreadable. The caller clears first and looks for work afterwards."""
+        """Make the descriptor unreadable.
+
+        The caller clears first and looks for work afterwards, so that work of a later `set` is not missed.
+        """
         if not self._is_set:  # the usual case, tested without the cost of the lock
             return
         with self._lock:

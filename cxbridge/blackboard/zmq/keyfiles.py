@@ -21,7 +21,7 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
     :param folder: the folder of the files, created if it does not exist.
     :param name: the owner of the keys; the files are ``name.key`` and ``name.key_secret``.
-    :raises EndpointError: if the name cannot be part of a file name, or the files exist.
+    :raises EndpointError: if the name cannot be part of a file name, or one of the files exists.
     :raises OSError: if the folder cannot be written.
     """
     if not _KEY_NAME.fullmatch(name):

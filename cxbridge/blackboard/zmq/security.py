@@ -31,7 +31,9 @@ class CurveServer:
     clients: Path
 
     def apply(self, socket: zmq.Socket[bytes]) -> None:
-        """Restrict an unbound socket to clients with keys in the folder.
+        """Make an unbound socket refuse connections without CURVE keys.
+
+        The authenticator of the server compares the keys with those in the folder.
 
         :raises EndpointError: if the folder or a file is missing or invalid.
         """

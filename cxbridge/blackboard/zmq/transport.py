@@ -32,7 +32,10 @@ class ZmqTransport(Transport):
         return ZmqBlackBoard(url, registry, clock, bus, **options)
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the keys of the query, and whether the query allows a connection without keys."""
+        """Return the keys of the query, and whether the query allows a connection without keys.
+
+        :raises BlackBoardError: if keys have no effect, a key is missing, or a parameter is unknown.
+        """
         if not uses_curve(url):  # keys would have no effect, so the transport refuses the query
             return super().read_query(url, query)
         parameters = dict(parse_qsl(query, keep_blank_values=True))

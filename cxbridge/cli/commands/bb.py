@@ -179,7 +179,7 @@ def set_fields(
         writer.mark_data_refreshed()  # a write of equal values has a new time stamp
         writer.write()
         if hold is not None:
-            feed.wait_for_change(Deadline(hold))
+            feed.wait_for_change(Deadline(hold))  # waits for the whole time: the feed follows no interface
 
 
 @app.command()

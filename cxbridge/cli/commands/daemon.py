@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
 _COMMAND_TIMEOUT_S = 30.0  # a reset loads all files of an agent, which takes seconds
-_STOP_TIMEOUT_S = 5.0  # a stuck main loop does not reply
+_WHERE_TIMEOUT_S = 5.0  # for the place of a stop; a stuck main loop does not reply
 
 
 # Click documents parse_args and shell_complete as the interface for subclasses of groups. Mypy does not know
@@ -43,6 +43,7 @@ class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # ty
         return list(super().parse_args(ctx, args))
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        # the commands of the group, and what `start` completes, such as CONFIG
         completions: list[Any] = super().shell_complete(ctx, incomplete)
         command_names = {completion.value for completion in completions}
         start = self.commands["start"]
@@ -162,7 +163,7 @@ def _read_stop(board: BlackBoard) -> dict[str, Any] | None:
     from cxbridge.daemon.client import NoAnswerError, request
 
     try:
-        stop: dict[str, Any] | None = request(board, "where", _STOP_TIMEOUT_S)
+        stop: dict[str, Any] | None = request(board, "where", _WHERE_TIMEOUT_S)
     except NoAnswerError:
         return None
     return stop

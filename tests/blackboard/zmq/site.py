@@ -79,17 +79,17 @@ class ZmqSite(Site):
     def not_reading(self, client: Any) -> Iterator[None]:
         resume = threading.Event()
         receiver = client._dispatcher
-        handle_message = receiver._handle_message
+        handle_frame_bytes = receiver._handle_frame_bytes
 
-        def take(data: bytes) -> None:
+        def take(frame_bytes: bytes) -> None:
             resume.wait()
-            handle_message(data)
+            handle_frame_bytes(frame_bytes)
 
-        receiver._handle_message = take
+        receiver._handle_frame_bytes = take
         try:
             yield
         finally:
-            receiver._handle_message = handle_message
+            receiver._handle_frame_bytes = handle_frame_bytes
             resume.set()
 
     def skipped(self, client: Any) -> int:

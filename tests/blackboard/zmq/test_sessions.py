@@ -296,13 +296,13 @@ def test_stopped_reader_gets_newest_value(tmp_path):
         quick_reader = quick.open_for_reading(SampleInterface, "a")
         writer = served.client().open_for_writing(SampleInterface, "a")
         resume = threading.Event()
-        original_handler = slow._dispatcher._handle_message
+        original_handler = slow._dispatcher._handle_frame_bytes
 
         def take(data: bytes) -> None:
             resume.wait(LONG)
             original_handler(data)
 
-        cast("Any", slow._dispatcher)._handle_message = take
+        cast("Any", slow._dispatcher)._handle_frame_bytes = take
         for count in range(1, 501):
             writer.count = count
             writer.write()

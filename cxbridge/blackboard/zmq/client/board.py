@@ -10,7 +10,12 @@ from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
-from cxbridge.blackboard.kit.errors import DisconnectedError, RemoteRefusalError, TransportError
+from cxbridge.blackboard.kit.errors import (
+    DisconnectedError,
+    RemoteRefusalError,
+    RequestTimeoutError,
+    TransportError,
+)
 from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.listeners import ListenerTable, Observer
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
@@ -26,7 +31,7 @@ from cxbridge.interfaces.instance import Interface
 
 
 class ZmqBlackBoard(RemoteBlackBoard):
-    """A blackboard at a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
+    """A client's access to the blackboard of a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
 
     A dispatcher thread calls listeners and observers, soon after the event; only for a write of this client,
     the writing thread calls the listeners, as on a local blackboard. A request takes at most ``timeout``. The
@@ -41,6 +46,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param keys: the CURVE keys, required for servers on other machines.
     :param insecure: whether servers on other machines are allowed without keys.
     :raises InsecureEndpointError: if the URL needs keys.
+    :raises EndpointError: if the URL is invalid, or on Windows.
     :raises DisconnectedError: if no server replies.
     """
 
@@ -86,8 +92,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
                 reason = (
                     "'cxbridge daemon' starts a daemon; --connect URL names the address of a running daemon"
                 )
-            silence = "a server that requires CURVE keys stays silent if a key is missing or wrong"
-            raise DisconnectedError(f"no blackboard replies at {url}", hint=f"{reason}; {silence}")
+            key_hint = "a server that requires CURVE keys stays silent if a key is missing or wrong"
+            raise DisconnectedError(f"no blackboard replies at {url}", hint=f"{reason}; {key_hint}")
 
     def _open(self, request: OpenRequest) -> Interface:
         self._check_open()
@@ -113,6 +119,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
             )
         except TransportError:  # the server closes the instance at the end of the lost session
             self._interfaces.finish_closing(copy, instance, copy.seq)
+        # until the call that `finish_closing` has queued has unregistered the listeners
         self._dispatcher.drain(self._timeout_s)
 
     def _shut_down(self) -> None:
@@ -144,13 +151,17 @@ class ZmqBlackBoard(RemoteBlackBoard):
     def flush(self, timeout: float | None = None) -> None:
         """Wait until the server has received all earlier calls and listeners have handled all earlier events.
 
-        :param timeout: the limit in seconds; by default the timeout of requests.
-        :raises TransportError: after the timeout.
+        Within a listener, the method waits only for the server.
+
+        :param timeout: the limit in seconds for each of the two waits; by default the timeout of requests.
+        :raises TransportError: if the server does not reply, or the listeners take too long.
+        :raises BlackBoardGoneError: after the shutdown.
         """
         self._check_open()
         timeout_s = self._timeout_s if timeout is None else timeout
         self._sender.request(Sync(), timeout_s=timeout_s)
-        self._dispatcher.drain(timeout_s)
+        if not self._dispatcher.drain(timeout_s):
+            raise RequestTimeoutError(f"listeners have been busy for {timeout_s:g} s")
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
         copy = self._interfaces.find_copy(instance)

@@ -1,7 +1,8 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
-The receiving thread handles frames; any thread may write and send requests. The lock guards the tables; the
-sender's lock guards ``_unsent_copies``.
+The receiving thread handles frames; any thread may write and send requests. The lock guards the tables. Under
+the sender's lock, a write is either sent or kept in ``_unsent_copies``, so that a new session misses no
+write.
 """
 
 from __future__ import annotations
@@ -73,14 +74,14 @@ class OpenInterfaces:
         self._unsent_copies: set[InterfaceCopy] = set()  # copies with a write that waits for a session
         self._epoch = b""  # the id of the running server
         self._is_same_epoch = False  # whether the last two sessions were with the same run of the server
-        self._missing_replies = 0  # the number of replies that must come before other threads may send
+        self._missing_reply_count = 0  # the number of replies that must come before other threads may send
         self._is_loss_announced = False
         self._observers: Final = observers
-        self._known_interfaces: set[tuple[str, str]] = set()  # the interfaces that the observers know
+        self._known_keys: set[tuple[str, str]] = set()  # interfaces that the observers know
         self.is_watching = False
         """Whether the server reports created and destroyed interfaces."""
         self.end_reason = ""
-        """The reason for the end of the last session."""
+        """The reason for the end of the last session; empty before."""
         self.skipped = 0
         """The number of conflated updates."""
 
@@ -131,12 +132,12 @@ class OpenInterfaces:
         return self._instances.get(instance.serial.bytes) is instance
 
     def find_copy(self, instance: Interface) -> InterfaceCopy | None:
-        """Return the copy of an open instance."""
+        """Return the copy of an instance; None if the instance is not open at this client."""
         with self._lock:
             return self._copies.get((instance.type, instance.id)) if self.has_instance(instance) else None
 
     def start_closing(self, instance: Interface) -> InterfaceCopy:
-        """Invalidate an instance, whose listeners get events until `finish_closing`."""
+        """Invalidate an instance and return its copy; its listeners get events until `finish_closing`."""
         with self._lock:
             copy = self._copies[instance.type, instance.id]
             del self._instances[instance.serial.bytes]
@@ -146,7 +147,7 @@ class OpenInterfaces:
     def finish_closing(self, copy: InterfaceCopy, instance: Interface, seq: int) -> None:
         """Remove an instance that the server has closed.
 
-        :param seq: the sequence number of the copy.
+        :param seq: the sequence number of the copy after the closing.
         """
         with self._lock:
             if instance in copy.instances:
@@ -190,12 +191,13 @@ class OpenInterfaces:
         self.skipped += 1
 
     def send_message(self, sender: Interface, message: Message) -> None:
-        """Send a message and wait until it is in the writer's queue.
+        """Send a message and wait until the writer's queue or a listener of the writer has it.
 
         :raises NoWriterError: if the interface has no writer.
-        :raises QueueFullError: if the queue is bounded and full.
+        :raises QueueFullError: if the queue is full.
         :raises RequestTimeoutError: if the writer or the server does not reply in time.
         :raises DisconnectedError: if the session is missing or lost; the message may have been delivered.
+        :raises BlackBoardError: if the server refuses the message for another reason.
         """
         frame = Send(
             sender.serial.bytes,
@@ -230,7 +232,7 @@ class OpenInterfaces:
         instances.sort(key=lambda instance: not instance.is_writer)
         # under one lock, so that no request of another thread comes in between
         with self._sender.lock:
-            self._missing_replies = 1  # for this method, so that no early reply counts as the last reply
+            self._missing_reply_count = 1  # for this method, so that no early reply counts as the last reply
             for instance in instances:
                 self._reopen(instance)
             if self.is_watching:
@@ -244,7 +246,7 @@ class OpenInterfaces:
             on_reply(reply)
             self._count_reply()
 
-        self._missing_replies += 1
+        self._missing_reply_count += 1
         self._sender.start(frame, PendingRequest(handle_and_count))
 
     def _reopen(self, instance: Interface) -> None:
@@ -304,8 +306,8 @@ class OpenInterfaces:
 
     def _count_reply(self) -> None:
         """Count a reply to a reopening; after the last reply, let all threads send."""
-        self._missing_replies -= 1
-        if self._missing_replies:
+        self._missing_reply_count -= 1
+        if self._missing_reply_count:
             return
         with self._sender.lock:
             self._sender.set_ready()
@@ -313,7 +315,7 @@ class OpenInterfaces:
             for copy in unsent_copies:
                 for instance in copy.instances:
                     if instance.is_writer and instance.valid:
-                        # several writes, of which any may have changed the data
+                        # the block of the last unsent write; an earlier one may have changed the values
                         self.write(
                             copy, instance.serial, stamped=True, changed=True, block=copy.snapshot.block
                         )
@@ -368,17 +370,17 @@ class OpenInterfaces:
         """Compare the interfaces in the reply to Watch with the known ones, and notify the observers."""
         assert isinstance(reply, Listed)
         keys = [(info.type, info.id) for info in reply.interfaces]
-        if not self.is_watching:  # observers get no events of interfaces that existed at their registration
-            self._known_interfaces.update(keys)
+        if not self.is_watching:  # observers get no events for interfaces that exist at their registration
+            self._known_keys.update(keys)
             self.is_watching = True
-        for key in self._known_interfaces.difference(keys):
+        for key in self._known_keys.difference(keys):
             self._handle_existence(key, created=False)
         for key in keys:
             self._handle_existence(key, created=True)
 
     def _handle_existence(self, key: tuple[str, str], created: bool) -> None:
-        if created is not (key in self._known_interfaces):
-            self._known_interfaces ^= {key}  # adds a created interface, removes a destroyed interface
+        if created is not (key in self._known_keys):
+            self._known_keys ^= {key}  # adds a created interface, removes a destroyed interface
             self._receiver.put(partial(self._observers.notify, *key, created=created))
 
     def _deliver(self, frame: Deliver) -> None:

@@ -16,7 +16,7 @@ from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError, UnknownMessageTypeError
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import DataAudience, EventKind, membership_kind
-from cxbridge.blackboard.port import BoardPort, Snapshot, receive_message
+from cxbridge.blackboard.port import BoardPort, Snapshot, make_received_message
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.wire.frames import Deliver, Member, ResultCode
 from cxbridge.errors import InterfaceError
@@ -73,7 +73,7 @@ class InterfaceCopy(BoardPort):
         self.seq = 0
         """The sequence number of the copy in this session: the number of the last write that it contains."""
         self.expected_seq = 0
-        """The last known sequence number of the server in the previous session."""
+        """The sequence number of the copy at the end of the previous session."""
         self.has_own_data = False
         """Whether the data are from a write of this client."""
         self._uplink: Final = uplink
@@ -85,7 +85,7 @@ class InterfaceCopy(BoardPort):
         self._members: dict[UUID, Member] = {}  # the open instances of all clients
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
-        """Store a write of another client and queue the notification of the listeners.
+        """Store a write of another writer and queue the notification of the listeners.
 
         :raises ProtocolError: if the size of the block is wrong.
         """
@@ -137,7 +137,7 @@ class InterfaceCopy(BoardPort):
         :returns: the outcome, and the limit of the queue for ``QUEUE_FULL``, else 0.
         """
         try:
-            message = receive_message(
+            message = make_received_message(
                 writer,
                 frame.type,
                 frame.block,
@@ -235,4 +235,4 @@ class InterfaceCopy(BoardPort):
         return tuple(member.owner for member in self._members.values() if not member.writer)
 
     def reader_owner(self, serial: str) -> str:
-        return next((member.owner for key, member in self._members.items() if str(key) == serial), "")
+        return next((member.owner for uuid, member in self._members.items() if str(uuid) == serial), "")

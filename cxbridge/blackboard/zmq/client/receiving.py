@@ -35,7 +35,7 @@ from cxbridge.blackboard.zmq.wire.frames import Gone, ServerFrame, Update, Welco
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, raw_receive
 
 MAX_WAITING_EVENTS: Final = 1024
-"""The number of waiting events above which updates of one interface are conflated."""
+"""The number of waiting events from which updates of one interface are conflated."""
 
 _BATCH_SIZE: Final = 64  # frames in a row before the client returns credit
 _ARRIVED_S: Final = 20e-6  # a frame that `recv` returns in less time had arrived before, so more may wait
@@ -87,9 +87,9 @@ class EventReceiver(Dispatcher):
         self._lock: Final = threading.Lock()
         self._turn_changed: Final = threading.Condition(self._lock)
         self._turn = _SESSION
-        self._is_reclaimed = False
+        self._is_reclaimed = False  # whether the session's thread waits in `reclaim_turn`
         self._round_count = 0  # rounds of the dispatcher's thread; a constant count shows slow listeners
-        self._watched_round_count = 0  # the count at the last call of `check_listeners`
+        self._watched_round_count = 0  # the count at the last call of `take_turn_if_slow`
         self._nudge_lock: Final = threading.Lock()
         self._nudge_socket: Socket | None = None
         self._backlog: deque[Call | None] = deque()  # calls taken from the queue while a listener waited
@@ -205,7 +205,7 @@ class EventReceiver(Dispatcher):
                 frame_bytes = recv()
                 self._is_receiving = False
                 self.last_received_s = end_s = now()
-                self._handle_message(frame_bytes)
+                self._handle_frame_bytes(frame_bytes)
                 if end_s - start_s < _ARRIVED_S:
                     # before the listeners, which then read newer data
                     self.handle_waiting_frames()
@@ -267,7 +267,7 @@ class EventReceiver(Dispatcher):
             self._turn = _LENT  # not _DISPATCHER, because the thread may have begun another call
             self.put(self._receive)
 
-    def check_listeners(self) -> bool:
+    def take_turn_if_slow(self) -> bool:
         """Take the turn from the dispatcher's thread if its listeners are slow.
 
         :returns: whether the session's thread must call this method again soon.
@@ -298,7 +298,7 @@ class EventReceiver(Dispatcher):
                 frame_bytes = recv(NOBLOCK)
             except zmq.Again:
                 break
-            self._handle_message(frame_bytes)
+            self._handle_frame_bytes(frame_bytes)
             if self.fault:
                 return
         self.last_received_s = time.monotonic()
@@ -319,7 +319,7 @@ class EventReceiver(Dispatcher):
             self._turn = _SESSION
         self._wake_session()
 
-    def _handle_message(self, frame_bytes: bytes) -> None:
+    def _handle_frame_bytes(self, frame_bytes: bytes) -> None:
         if not frame_bytes:
             return  # a nudge
         try:

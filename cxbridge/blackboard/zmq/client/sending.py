@@ -81,13 +81,13 @@ class CommandSender:
         """Whether the server has stopped accepting frames."""
         self._dispatcher: Final = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
-        self._send_bytes: Callable[..., Any]  # sends by the socket
+        self._send_bytes: Callable[..., Any]  # the `send` of the socket
         self.is_ready = False
         """Whether all threads may send."""
         self._is_closed = False
         self._number = 0  # of the last sent frame
         self._request_numbers = itertools.count(1)
-        self._pending: dict[int, PendingRequest] = {}
+        self._pending: dict[int, PendingRequest] = {}  # by number of the request
 
     def attach(self, socket: zmq.Socket[bytes]) -> None:
         """Begin a session; only the session's thread may send until `set_ready`."""
@@ -115,7 +115,10 @@ class CommandSender:
             self._readiness_changed.notify_all()
 
     def finish(self, reply: Response) -> bool:
-        """Give a reply to its requester; return False if no request waits for the reply."""
+        """Give a reply to its requester; return False if no request waits for the reply.
+
+        :raises ProtocolError: if ``on_reply`` raises it: the reply is invalid.
+        """
         with self.lock:
             pending = self._pending.pop(reply.request, None)
         if pending is None:
@@ -142,14 +145,15 @@ class CommandSender:
                 self._readiness_changed.wait(remaining_s)
         return True
 
-    def give_credit(self, updates: int) -> bool:
+    def give_credit(self, update_count: int) -> bool:
         """Report the number of handled updates; return whether the report was sent."""
-        return self.send(Credit(updates), wait_ms=0)
+        return self.send(Credit(update_count), wait_ms=0)
 
     def send(self, frame: Frame, *, wait_ms: int = _MAX_WAIT_MS) -> bool:
         """Send a frame with the next number; return whether the frame was sent.
 
         :param wait_ms: the milliseconds to wait for room.
+        :raises ProtocolError: if the frame cannot be encoded.
         """
         # the lock keeps numbers and frames in the same order
         with self.lock:
@@ -175,7 +179,9 @@ class CommandSender:
     def start(self, frame: Request, pending: PendingRequest) -> int:
         """Send a request and return its number; the caller holds the lock.
 
-        :raises ProtocolError: if a text has no UTF-8 form.
+        A request that cannot be sent counts as lost.
+
+        :raises ProtocolError: if the frame cannot be encoded.
         """
         number = frame.request = next(self._request_numbers)
         self._pending[number] = pending
@@ -203,6 +209,7 @@ class CommandSender:
             requests that the server may carry out twice.
         :raises DisconnectedError: if the session is missing for too long, or lost.
         :raises RequestTimeoutError: if no reply comes in time.
+        :raises ProtocolError: if the frame cannot be encoded.
         """
         frame_name = type(frame).__name__.lower()
         deadline_s = time.monotonic() + timeout_s
@@ -221,7 +228,7 @@ class CommandSender:
                 is_given_up = self._pending.pop(number, None) is not None
             if not is_given_up:
                 # the receiving thread has the reply, but `on_reply`, whose effect the caller needs, may still
-                # run
+                # run; the limit is for a receiving thread that hangs
                 pending.wait(1.0)
             if pending.reply is not None:
                 return pending.reply

@@ -36,6 +36,7 @@ from cxbridge.blackboard.zmq.wire.sockets import LINGER_MS, Socket, connect
 NO_REPLY: Final = "the server does not reply"
 """The reason for the end of a session that has never begun."""
 
+# less than half of the default `connect_timeout`, so that a lost Hello leaves time for a second session
 HELLO_TIMEOUT_S: Final = 2.0
 """The seconds within which the server must reply to the Hello."""
 
@@ -173,6 +174,7 @@ class SessionThread:
                 receiver.handle_waiting_frames()
             if monitor in ready:
                 monitor.recv_multipart()
+                # before the Welcome, ZeroMQ itself connects again, until HELLO_TIMEOUT_S
                 if receiver.welcome is not None:
                     receiver.fail("the connection was closed")
             now_s = time.monotonic()
@@ -184,14 +186,14 @@ class SessionThread:
 
     def _wait_for_dispatcher(self, poller: zmq.Poller, next_check_s: float) -> dict[object, int]:
         """Wait for events while the dispatcher's thread receives."""
-        if self._receiver.check_listeners():
+        if self._receiver.take_turn_if_slow():
             patience_ms, self._patience_ms = self._patience_ms, min(2 * self._patience_ms, MAX_PATIENCE_MS)
             return dict(poller.poll(min(_ms_until(next_check_s), patience_ms)))
         self._patience_ms = MIN_PATIENCE_MS
-        # before the second call of `check_listeners`: listeners that start later wake this thread
+        # before the second call of `take_turn_if_slow`: listeners that start later wake this thread
         self._receiver.must_wake_session = True
         try:
-            return {} if self._receiver.check_listeners() else dict(poller.poll(_ms_until(next_check_s)))
+            return {} if self._receiver.take_turn_if_slow() else dict(poller.poll(_ms_until(next_check_s)))
         finally:
             self._receiver.must_wake_session = False
 

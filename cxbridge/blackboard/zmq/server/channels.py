@@ -76,7 +76,7 @@ class Channel(MembershipListener):
             membership = self.memberships.setdefault(session, Membership(snapshot.version))
             membership.sent_seq = snapshot.version
             session.memberships[self] = membership
-        membership.instances.add(instance.serial.bytes)
+        membership.instance_serials.add(instance.serial.bytes)
         if instance.is_writer:
             self.writer = RemoteWriter(session, instance)
         return snapshot
@@ -84,10 +84,10 @@ class Channel(MembershipListener):
     def leave(self, session: ZmqSession, instance: Interface) -> int:
         """Remove a closed instance; return the sequence number of the client's copy."""
         membership = self.memberships[session]
-        membership.instances.discard(instance.serial.bytes)
+        membership.instance_serials.discard(instance.serial.bytes)
         if self.writer is not None and self.writer.instance is instance:
             self.writer = None
-        if not membership.instances:
+        if not membership.instance_serials:
             del self.memberships[session], session.memberships[self]
             session.waiting_channels.pop(self, None)
         return membership.sent_seq
@@ -114,13 +114,13 @@ class Channel(MembershipListener):
 
     def _send_update(self, snapshot: Snapshot) -> None:
         """Send an update to all sessions except the writer's."""
-        writer = None if self.writer is None else self.writer.session
+        writer_session = None if self.writer is None else self.writer.session
         version = snapshot.version
         shared_frame: bytes | None = None  # the frame for all sessions that have every earlier write
         for session, membership in self.memberships.items():
             if membership.sent_seq >= version:
                 continue
-            if session is writer:
+            if session is writer_session:
                 membership.sent_seq = version  # the client has the data that it wrote
             elif session.credit <= 0:
                 session.waiting_channels[self] = None

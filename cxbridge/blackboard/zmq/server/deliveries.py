@@ -22,7 +22,7 @@ from cxbridge.blackboard.zmq.wire.frames import Deliver, Delivered, Reply, Resul
 from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
-# the default limit of a writer's queue
+# as many as wait in a writer's queue by default
 MAX_PENDING_MESSAGES: Final = 1024
 """The maximum number of pending messages of a session."""
 
@@ -49,11 +49,11 @@ class Deliveries:
         return len(self._pending)
 
     def start(
-        self, session: ZmqSession, message: Deliver, on_outcome: OutcomeCallback, deadline_s: float
+        self, session: ZmqSession, frame: Deliver, on_outcome: OutcomeCallback, deadline_s: float
     ) -> None:
         """Send a message to the session of its writer.
 
-        :param message: a frame without delivery number.
+        :param frame: the message, without delivery number.
         :param on_outcome: called exactly once.
         :param deadline_s: the limit, in seconds of the monotonic clock.
         """
@@ -63,10 +63,10 @@ class Deliveries:
         if session.pending_count >= MAX_PENDING_MESSAGES:
             on_outcome(ResultCode.QUEUE_FULL, MAX_PENDING_MESSAGES)
             return
-        message.delivery = next(self._numbers)
+        frame.delivery = next(self._numbers)
         session.pending_count += 1
-        self._pending[message.delivery] = _Delivery(session, message.instance, on_outcome, deadline_s)
-        session.send(message)
+        self._pending[frame.delivery] = _Delivery(session, frame.instance, on_outcome, deadline_s)
+        session.send(frame)
 
     def finish(self, session: ZmqSession, outcome: Delivered) -> None:
         """Finish a delivery with the outcome that the client reports, unless the delivery has expired."""
@@ -159,8 +159,9 @@ class ForwardedQueue(MessageQueue):
         """Report the outcome of the present message, which the `Forwarder` has sent, to its sender.
 
         :raises NoWriterError: if the writer was closed before its reply.
-        :raises QueueFullError: if the writer's queue is bounded and full.
+        :raises QueueFullError: if the writer's queue is full.
         :raises RequestTimeoutError: if the client did not reply in time.
+        :raises BlackBoardError: if the client refuses the message for another reason.
         """
         code, detail = self._forwarder.outcome.value
         if code is not ResultCode.OK:

@@ -13,7 +13,7 @@ from cxbridge.blackboard.kit.server import check_client_limits
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
-from cxbridge.blackboard.port import receive_message
+from cxbridge.blackboard.port import make_received_message
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED, emit_message
 from cxbridge.blackboard.zmq.server.channels import Channel, RemoteWriter, ServerLoop
 from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, OutcomeCallback
@@ -48,12 +48,13 @@ _OUTCOME_BY_CODE: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
 
 
 class RequestHandler:
-    """Carries out the requests of clients on a local blackboard.
+    """Carries out the frames of clients on a local blackboard.
 
     :param loop: the server's thread.
     :param delivery_timeout_s: the seconds in which a client must report the outcome of a message to its
         writer.
     :param log: logs a line.
+    :param rights: the rights of clients, for opened writers and sent messages.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class RequestHandler:
         }
 
     def handle(self, session: ZmqSession, frame: ClientFrame) -> None:
-        """Carry out a client's request.
+        """Carry out a frame of a client; an error of a request becomes its reply.
 
         :raises ProtocolError: if the frame is invalid within a session.
         """
@@ -205,7 +206,7 @@ class RequestHandler:
             session.reply(frame.request, ResultCode.UNKNOWN_MESSAGE)
             return
         self._rights.check_message(sender.type, frame.type)
-        received = receive_message(
+        message = make_received_message(
             sender,
             frame.type,
             frame.block,
@@ -219,15 +220,15 @@ class RequestHandler:
         if writer is not None:
 
             def on_outcome(code: ResultCode, detail: int) -> None:
-                self._emit_message(sender, received, _OUTCOME_BY_CODE.get(code, REFUSED))
+                self._emit_message(sender, message, _OUTCOME_BY_CODE.get(code, REFUSED))
                 session.reply(frame.request, code, detail)
 
-            self._start_delivery(writer, received, frame.hops, on_outcome)
+            self._start_delivery(writer, message, frame.hops, on_outcome)
         elif sender.has_writer:
-            self._board.find_memory(sender).transmit(sender, received)
-            session.reply(frame.request, ResultCode.OK if received.enqueued else ResultCode.DECLINED)
+            self._board.find_memory(sender).transmit(sender, message)
+            session.reply(frame.request, ResultCode.OK if message.enqueued else ResultCode.DECLINED)
         else:
-            self._emit_message(sender, received, REFUSED)
+            self._emit_message(sender, message, REFUSED)
             session.reply(frame.request, ResultCode.NO_WRITER)
 
     def _start_delivery(

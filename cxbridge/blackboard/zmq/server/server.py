@@ -72,7 +72,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     :param keys: the CURVE keys, required for endpoints that other machines can reach.
     :param insecure: whether such endpoints are allowed without keys.
     :param window: the maximum number of unacknowledged updates per client.
+    :param max_sessions: the maximum number of clients.
+    :param rights: the rights of clients, by default all.
     :raises InsecureEndpointError: if an endpoint needs keys.
+    :raises EndpointError: if a text is not an endpoint.
     """
 
     def __init__(
@@ -107,9 +110,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._failed_sessions: deque[tuple[ZmqSession, ResultCode]] = deque()
         self._posted_calls: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         # three heartbeats, as for the death of a client; at least a second for the client's listeners
-        delivery_timeout = max(3 * self.heartbeat, 1.0)
+        delivery_timeout_s = max(3 * self.heartbeat, 1.0)
         self._requests: Final = RequestHandler(
-            board, self, delivery_timeout, partial(self._complaints.add, "request"), rights
+            board, self, delivery_timeout_s, partial(self._complaints.add, "request"), rights
         )
 
     def _prepare(self) -> None:
@@ -125,7 +128,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._log.info(f"serving at {', '.join(self.endpoints)}")
 
     def _start_authenticator(self, context: zmq.Context[zmq.Socket[bytes]]) -> Any:
-        """Start the thread that checks the keys of clients."""
+        """Start and return the thread that checks the keys of clients; None without keys."""
         if self._keys is None:
             return None
         from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - imports asyncio
@@ -250,7 +253,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._dismiss_client(socket, route, ResultCode.REFUSED, "the server failed")
 
     def _handle_message(
-        self, socket: zmq.Socket[bytes], route: bytes, data: bytes, surplus_parts: int
+        self, socket: zmq.Socket[bytes], route: bytes, frame_bytes: bytes, surplus_parts: int
     ) -> None:
         """Handle one message.
 
@@ -261,7 +264,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             return
         if surplus_parts:
             raise ProtocolError(f"a message must have one frame, not {1 + surplus_parts}")
-        frame = decode_client_frame(data)
+        frame = decode_client_frame(frame_bytes)
         if session is None or route[:1] != COMMANDS_PREFIX:
             if isinstance(frame, Hello):
                 self._welcome(socket, route, frame)
@@ -284,7 +287,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         return False
 
     def _welcome(self, socket: zmq.Socket[bytes], route: bytes, hello: Hello) -> None:
-        """Begin a session."""
+        """Begin a session, unless it has begun or there are too many."""
         if route != EVENTS_PREFIX + hello.session:
             raise ProtocolError("a Hello came from a socket of another session")
         if hello.session in self._sessions:
@@ -315,7 +318,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         for session in tuple(self._sessions.values()):
             if was_suspended:
                 session.last_received_s = now_s
-            session.check_alive(now_s)
+            session.keep_alive(now_s)
         self._requests.deliveries.expire(now_s)
         self._end_failed()
 

@@ -38,11 +38,11 @@ class Membership:
     """A session's state in the channel of an interface.
 
     :param sent_seq: the sequence number of the client's copy.
-    :param instances: the serials of the session's instances of the interface.
+    :param instance_serials: the serials of the session's instances of the interface.
     """
 
     sent_seq: int
-    instances: set[bytes] = field(default_factory=set)
+    instance_serials: set[bytes] = field(default_factory=set)
 
 
 @dataclass(slots=True, eq=False)
@@ -52,7 +52,7 @@ class ZmqSession:
     :param id: the id of the session, 16 bytes.
     :param socket: the ROUTER socket to which the client is connected.
     :param name: identifies the client in log lines.
-    :param heartbeat: the seconds between signs of life.
+    :param heartbeat_s: the seconds between signs of life.
     :param window: the maximum number of unacknowledged updates.
     :param fail: called when the session cannot continue, with the reason.
     :param now: returns the monotonic time in seconds.
@@ -68,7 +68,7 @@ class ZmqSession:
     id: bytes
     socket: zmq.Socket[bytes]
     name: str
-    heartbeat: float
+    heartbeat_s: float
     window: int
     fail: Callable[[ZmqSession, ResultCode], None]
     now: Callable[[], float]
@@ -96,20 +96,23 @@ class ZmqSession:
         return self.name or self.id.hex()[:8]
 
     def send(self, frame: Frame) -> None:
-        """Send a frame with the next number."""
+        """Send a frame with the next number.
+
+        :raises ProtocolError: if the frame cannot be encoded.
+        """
         frame.number = self.last_number_sent + 1
-        data = encode(frame)
+        frame_bytes = encode(frame)
         # after the encoding, because a frame that cannot be encoded must leave no gap
         self.last_number_sent += 1
-        self.send_bytes(data)
+        self.send_bytes(frame_bytes)
 
-    def send_bytes(self, data: bytes) -> None:
+    def send_bytes(self, frame_bytes: bytes) -> None:
         """Send an encoded frame, which several sessions may share if it has no number."""
         if self.has_failed:
             return
         try:
             self._send(self._route, SEND_MORE)
-            self._send(data, NOBLOCK)
+            self._send(frame_bytes, NOBLOCK)
         except zmq.Again:
             self.fail(self, ResultCode.TOO_SLOW)
         except zmq.ZMQError:  # the connection is lost
@@ -130,9 +133,9 @@ class ZmqSession:
             del self.waiting_channels[channel]
             channel.send_latest(self)
 
-    def check_alive(self, now_s: float) -> None:
+    def keep_alive(self, now_s: float) -> None:
         """Send a heartbeat if it is due; fail the session if the client was silent for too long."""
-        if now_s - self.last_received_s > DEATH_HEARTBEATS * self.heartbeat:
+        if now_s - self.last_received_s > DEATH_HEARTBEATS * self.heartbeat_s:
             self.fail(self, ResultCode.SILENT)
-        elif now_s - self.last_sent_s > BEAT_HEARTBEATS * self.heartbeat:
+        elif now_s - self.last_sent_s > BEAT_HEARTBEATS * self.heartbeat_s:
             self.send(Beat())

@@ -2,8 +2,9 @@
 
 The frames of a session (Hello, Open, Change, ...) are protobuf envelopes (envelope.proto). The data frames,
 which each write and message needs, are MessagePack arrays, which msgspec encodes in a tenth of the time. The
-array has the number of the kind (``tag``), the values of the fields, and the number in the session. The
-decoders check types, sizes and limits. docs/evidence/protocol-zmq.md describes the meaning.
+array has the number of the kind (``tag``), the values of the fields, the number in the session, and, for Send
+and Reply, the number of the request. The decoders check types, sizes and limits.
+docs/evidence/protocol-zmq.md describes the meaning.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ class Frame(Struct, kw_only=True):
     """A frame.
 
     :param number: the number of the frame among the frames of its direction in a session, from 1; 0 for
-        Hello, Update and a Gone without session.
+        Hello, Update, and each Gone except at the shutdown of the server.
     """
 
     number: int = 0
@@ -248,9 +249,9 @@ class Opened(Response):
 
     :param channel: the number of the interface at the server.
     :param seq: the sequence number of the present data.
-    :param stamped: whether any write had a new time stamp.
-    :param changed: whether any write has changed the data.
-    :param block: the present data; None if the session has the interface open already.
+    :param stamped: whether any write had a new time stamp; False without block.
+    :param changed: whether any write has changed the data; False without block.
+    :param block: the present data; None if the session has the present data already.
     """
 
     instance: Serial
@@ -337,7 +338,7 @@ _decode_server_data: Final[Callable[[bytes], ServerData]] = Decoder(ServerData).
 
 _DATA_FRAMES: Final = frozenset(get_args(ClientData | ServerData))
 _DATA_FIRST_BYTES: Final = range(0x90, 0xA0)
-"""The first bytes of MessagePack's arrays of up to 15 values; an envelope begins with its version, 08."""
+"""The first bytes of MessagePack's arrays of up to 15 values; an envelope begins with 08, a protobuf tag."""
 
 _FrameT = TypeVar("_FrameT")
 

@@ -29,6 +29,7 @@ def raise_refusal(
     :param hash_: the hash of the type in the client's request.
     :param message_type: the type of the message in the request.
     :param serial: the serial of the sending instance.
+    :raises BlackBoardError: always, as the subclass that belongs to the code of the reply.
     """
     interface_type, interface_id = parse_uid(uid)
     match reply.code:
@@ -56,7 +57,10 @@ def raise_refusal(
 
 
 def make_refusal(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - one return per error
-    """Return the reply that refuses a request."""
+    """Return the reply that refuses a request.
+
+    :param request: the client's number of the request.
+    """
     match error:
         case WriterActiveError():
             return Reply(ResultCode.WRITER_ACTIVE, text=error.owner, request=request)

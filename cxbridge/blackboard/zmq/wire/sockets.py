@@ -33,6 +33,7 @@ MAX_CLIENT_QUEUE = 1000
 MAX_SERVER_BACKLOG = 1024
 """The maximum number of connections waiting to be accepted."""
 
+# for a Bye or a Gone; ending the context waits at most as long
 LINGER_MS = 300
 """The milliseconds in which a closed socket may send its last messages."""
 
@@ -40,6 +41,7 @@ LINGER_MS = 300
 ENDPOINT_WAIT_S = 0.5
 """The seconds to wait for an endpoint in use."""
 
+# half of ZeroMQ's default, because clients shall be back about 0.1 s after a server starts again
 RECONNECT_MS = 50
 """The milliseconds between attempts to connect."""
 
@@ -68,7 +70,7 @@ def make_context() -> Context:
 def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
     """Return a bound server socket and the endpoint with its actual port.
 
-    :raises EndpointError: if the endpoint cannot be bound, or is in use.
+    :raises EndpointError: if the endpoint cannot be bound or is in use, or a key is unusable.
     """
     _check_endpoint_free(endpoint)
     socket = context.socket(zmq.ROUTER)
@@ -77,7 +79,8 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         socket.router_mandatory = True  # otherwise a ROUTER silently drops frames for a lost client
         socket.sndhwm = MAX_SERVER_QUEUE
         socket.rcvhwm = MAX_CLIENT_QUEUE
-        socket.handshake_ivl = 5000  # milliseconds; ZeroMQ's default is 30 seconds
+        # in milliseconds; ends the connection of a peer that stays silent; ZeroMQ's default is 30 seconds
+        socket.handshake_ivl = 5000
         socket.backlog = MAX_SERVER_BACKLOG
         _bind_with_retries(socket, endpoint)
         restrict_file(endpoint)
@@ -97,7 +100,7 @@ def _configure(
 ) -> None:
     """Set the options of both peers."""
     socket.linger = 0  # a closed socket must not delay the end of the process
-    socket.ipv6 = "[" in endpoint
+    socket.ipv6 = "[" in endpoint  # URLs have IPv6 addresses in brackets
     socket.maxmsgsize = max_frame_bytes
     if keys is not None and uses_curve(endpoint):
         keys.apply(socket)
@@ -124,6 +127,7 @@ def _check_endpoint_free(endpoint: str) -> None:
 
 
 def _ipc_path(endpoint: str) -> Path | None:
+    """Return the file of an ipc endpoint; None for tcp and for abstract sockets (``@``), which have none."""
     path = endpoint.removeprefix("ipc://")
     return None if path == endpoint or path.startswith("@") else Path(path)
 
@@ -199,7 +203,7 @@ def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | N
     """Return a client socket that connects as soon as the server runs.
 
     :param route: the routing id of the client.
-    :raises EndpointError: if the endpoint is invalid.
+    :raises EndpointError: if the endpoint is invalid, or a key is unusable.
     """
     socket = context.socket(zmq.DEALER)
     try:

@@ -82,7 +82,7 @@ class BlockTranslator:
         values = dict(zip(self._class.ACCESSORS, self._class.READ_FIELDS(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)
-        current_error = self._error_tracker.current_error(message_id, skill_string, error, failed=failed)
+        current_error = self._error_tracker.update(message_id, skill_string, error, failed=failed)
         return block if current_error == error else _replace_text(block, field, current_error)
 
     def _make_idle_block(self, block: bytes) -> bytes:

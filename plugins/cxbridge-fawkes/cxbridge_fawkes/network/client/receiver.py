@@ -10,7 +10,7 @@ from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import EventKind
-from cxbridge.blackboard.port import receive_message
+from cxbridge.blackboard.port import make_received_message
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
@@ -135,7 +135,7 @@ class FrameReceiver:
     def _enqueue(self, port: RemotePort, writer: Interface, wire_message: WireMessage) -> None:
         """Append a message to the writer's queue, unless a listener handles the message."""
         try:
-            message = receive_message(
+            message = make_received_message(
                 writer,
                 wire_message.type,
                 wire_message.block,
