@@ -35,7 +35,7 @@ _FAILED_STATUS: Final = "S_FAILED"
 
 
 def describe_controller(instance: Interface, serial: str) -> str:
-    """Return the controller as text: its owner, if known, and its serial; ``nobody`` without a controller.
+    """Return the controller as text: its owner, if known, and its serial; a fixed word for no controller.
 
     :param serial: the serial that the interface shows as its controller; empty without a controller.
     """
@@ -75,8 +75,8 @@ def skip_stale_ids(instance: Interface, *, may_control: bool) -> int:
     An AcquireControlMessage of the controller and a ReleaseControlMessage of another sender change nothing.
     An interface without these messages gets none.
 
-    :param may_control: whether the instance may be the controller; if nobody is, a message sent makes the
-        instance the controller.
+    :param may_control: whether the instance may be the controller; without a controller, a message sent makes
+        the instance the controller.
     :returns: the number of messages sent.
     :raises BlackBoardError: if a message cannot be sent.
     """

@@ -1,6 +1,6 @@
 """Waiting for events of interfaces in the thread of a command such as ``bb watch``.
 
-A blackboard calls listeners in the thread of a write or in a thread of its own, but a command waits in the
+A blackboard calls listeners in the thread of a write or in a separate thread, but a command waits in the
 main thread. A feed queues the events for the command, with the values of the interface at the time of the
 event.
 """
@@ -112,7 +112,7 @@ class Feed(Listener, Observer, Closing):
     def wait_for_change(self, deadline: Deadline) -> InterfaceChange | None:
         """Wait for an event; return None after the deadline.
 
-        :raises BlackBoardError: if an interface that was created meanwhile cannot be opened.
+        :raises BlackBoardError: if an interface that was created during the wait cannot be opened.
         """
         while True:
             try:

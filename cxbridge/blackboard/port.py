@@ -24,7 +24,7 @@ class Snapshot(Struct, frozen=True, gc=False):
     """The data of an interface after a write.
 
     Each write makes a snapshot, which the garbage collector need not track (``gc=False``), because numbers
-    and bytes cannot refer back to it.
+    and bytes cannot refer to a snapshot.
 
     :param version: the number of the write, from 1; 0 before the first write.
     :param last_stamped: the number of the last write with a new time stamp.

@@ -24,7 +24,7 @@ class ErrorTracker:
         self._previous_error = ""
 
     def update(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
-        """Record what the Skiller shows, and return the error of the present skill string.
+        """Record the shown id and error, and return the error of the present skill string.
 
         :param msgid: the id of the message that the Skiller shows.
         :param error: the error that the Skiller shows; replaced by the syntax error of the skill string if

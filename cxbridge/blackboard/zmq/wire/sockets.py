@@ -41,7 +41,7 @@ LINGER_MS = 300
 ENDPOINT_WAIT_S = 0.5
 """The seconds to wait for an endpoint in use."""
 
-# half of ZeroMQ's default, because clients shall be back about 0.1 s after a server starts again
+# half of ZeroMQ's default, because a client reconnects within about 0.1 s after the server starts again
 RECONNECT_MS = 50
 """The milliseconds between attempts to connect."""
 
