@@ -84,7 +84,8 @@ class LearningAgent(Closing):
     :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
     :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
-    :raises CxbridgeError: if the parameters are invalid, or the agent lacks the action servers.
+    :raises CxbridgeError: if the parameters are invalid, no environment has the templates of ``cx_rl_clips``,
+        or the agent does not serve both actions and call ``get_status`` in time.
     """
 
     def __init__(

@@ -31,7 +31,7 @@
     name home domain_file "domain.pddl" problem_file "problem.pddl"
     directory (str-cat (ament-index-get-package-share-directory "cxbridge_examples") "/pddl")))
 
-; `base` is the goal that each problem of pddl_manager has from the start, here without fluents
+; `base` is the goal that each problem of pddl_manager has from the start, without fluents
 (defrule set-goal
   ?fact <- (ros-msgs-response (service "/pddl_manager/add_pddl_instance") (msg-ptr ?response))
   =>
