@@ -25,7 +25,7 @@ def cat(
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
-    """Print the events of a recorded run, one per line, with the seconds since the first event.
+    """Print the events of a recorded run, one per line, with the seconds since the start of the run.
 
     Example: cxbridge trace cat out/run.mcap --kind goal
     """
