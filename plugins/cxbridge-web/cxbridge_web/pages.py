@@ -112,7 +112,7 @@ class Page:
         await self.respond(scope)(scope, receive, send)
 
     def respond(self, scope: Scope) -> Response:
-        """Return the response to a request for the page; 404 for other paths, 405 for methods that write."""
+        """Return the response to a request for the page; 404 for other paths, 405 unless GET or HEAD."""
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("Method Not Allowed\n", 405, {"allow": "GET, HEAD"})
         if scope["path"] not in {"/", "/index.html"}:

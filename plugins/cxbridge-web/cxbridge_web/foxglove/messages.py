@@ -25,7 +25,7 @@ TRANSFORM_TOPIC: Final = "/foxglove/tf"
 # Foxglove's numbers of the levels.
 LEVELS: Final = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
 
-# The frame of a target without a frame; the skills of the Robotino take "/odom" then, too.
+# The frame of a navigator that names none. The skill motor_move of the Robotino has the same default.
 _DEFAULT_FRAME: Final = "odom"
 
 _TRANSLATION_LENGTH: Final = 3  # x, y, z
@@ -49,7 +49,7 @@ class FoxgloveMessage:
 
     def encode(self) -> bytes:
         """Return the message as JSON in UTF-8."""
-        # a lone surrogate, which UTF-8 cannot encode, becomes its JSON escape: \\udc80
+        # a lone surrogate, which UTF-8 cannot encode, becomes its JSON escape, such as \udc80
         return dump_json(self.data).encode("utf-8", "backslashreplace")
 
 
@@ -88,7 +88,8 @@ def _make_position_message(event: InterfaceWrite) -> FoxgloveMessage | None:
     return _make_pose_message(event, frame, make_pose(translation, rotation))
 
 
-def _make_target_message(event: InterfaceWrite) -> FoxgloveMessage | None:
+def _make_navigator_message(event: InterfaceWrite) -> FoxgloveMessage | None:
+    """Return the robot's position according to a navigator; None without finite coordinates."""
     x, y = event.values.get("x"), event.values.get("y")
     if not is_number(x) or not is_number(y):
         return None
@@ -123,7 +124,7 @@ def _make_transform_message(event: InterfaceWrite) -> FoxgloveMessage | None:
 _MESSAGE_MAKERS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
     "Position3DInterface": _make_position_message,
     "TransformInterface": _make_transform_message,
-    "NavigatorInterface": _make_target_message,
+    "NavigatorInterface": _make_navigator_message,
 }
 
 

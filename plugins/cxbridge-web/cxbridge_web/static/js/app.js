@@ -18,7 +18,7 @@ const STATUS_MS = 2000, // the period of reading the status
   STATUS_LASTS_MS = 6000; // how long the clock runs on without a status: three periods
 const MOST_TOASTS = 4, // shown at once; the oldest gives way
   TOAST_MS = 4000, // how long a toast is shown
-  ERROR_TOAST_MS = 8000; // longer, because an error has more to read
+  ERROR_TOAST_MS = 8000; // the same for errors
 
 class App extends EventTarget {
   selection = new Selection(this);

@@ -102,7 +102,7 @@ export class Tracks {
     const isDriving = final === false && distance > 0,
       goal = { goalX: isDriving ? values.dest_x : null, goalY: isDriving ? values.dest_y : null };
     const track = this.track(this.poses, uid, "navigator", id);
-    // "odom" is also the frame of foxglove/messages.py for a target without a frame
+    // "odom" is also the default of foxglove/messages.py
     return [track, { frame: withoutSlash(frame) || "odom", x, y, yaw: null, seen: true, ...goal }];
   }
   ofTransformInterface(values) {
