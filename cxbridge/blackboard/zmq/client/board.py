@@ -10,12 +10,7 @@ from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
-from cxbridge.blackboard.kit.errors import (
-    DisconnectedError,
-    RemoteRefusalError,
-    RequestTimeoutError,
-    TransportError,
-)
+from cxbridge.blackboard.kit.errors import DisconnectedError, RemoteRefusalError, TransportError
 from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.listeners import ListenerTable, Observer
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
@@ -26,6 +21,7 @@ from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
 from cxbridge.blackboard.zmq.wire.frames import Close, List, Listed, Reply, Response, Sync, Watch
 from cxbridge.blackboard.zmq.wire.sockets import make_context
 from cxbridge.clock import Clock
+from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 
@@ -154,14 +150,15 @@ class ZmqBlackBoard(RemoteBlackBoard):
         Within a listener, the method waits only for the server.
 
         :param timeout: the limit in seconds for each of the two waits; by default the timeout of requests.
-        :raises TransportError: if the server does not reply, or the listeners take too long.
+        :raises TransportError: if the server does not reply.
+        :raises BlackBoardError: if the listeners take too long.
         :raises BlackBoardGoneError: after the shutdown.
         """
         self._check_open()
         timeout_s = self._timeout_s if timeout is None else timeout
         self._sender.request(Sync(), timeout_s=timeout_s)
         if not self._dispatcher.drain(timeout_s):
-            raise RequestTimeoutError(f"listeners have been busy for {timeout_s:g} s")
+            raise BlackBoardError(f"listeners have been busy for {timeout_s:g} s")
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
         copy = self._interfaces.find_copy(instance)
