@@ -81,16 +81,15 @@ class ExecutiveNode(ManagedNode[BaseExecutiveComponent]):
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
-        """All environments by name, including environments that are being loaded or finalized."""
+        """A new dict of all environments by name, including those that are being loaded or finalized."""
         return {} if self.component is None else self.component.manager.environments
 
     def interrupt(self) -> None:
         """Interrupt the running rules, and let no rule start; callable from any thread."""
-        # a copy, because the main loop may add and remove environments in its thread
-        for env in tuple(self.environments.values()):
+        for env in self.environments.values():
             env.interrupt()
 
     def abort_rule(self) -> None:
         """Interrupt the rules of this cycle; callable from any thread."""
-        for env in tuple(self.environments.values()):  # a copy, as above
+        for env in self.environments.values():
             env.abort_rule()
