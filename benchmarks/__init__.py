@@ -1,4 +1,8 @@
-"""Benchmarks. They use helpers of the tests, those of the plug-ins too, as pytest does (pyproject.toml)."""
+"""Benchmarks. They import helpers of the tests.
+
+The folders of the plug-ins' tests are put on the path here. The setting `pythonpath` in pyproject.toml does
+the same for pytest.
+"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``python -m benchmarks [NAME...]``: run all benchmarks, or the named ones, and print their ratios."""
+"""``python -m benchmarks [NAME...]``: run all benchmarks, or the named ones, and print their figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 known = sorted(path.stem.removeprefix("bench_") for path in Path(__file__).parent.glob("bench_*.py"))
 parser = argparse.ArgumentParser(
-    prog="python -m benchmarks", description="Run benchmarks, and print their ratios."
+    prog="python -m benchmarks", description="Run benchmarks, and print their figures."
 )
 parser.add_argument("names", metavar="NAME", nargs="*", help=f"all, or some of: {', '.join(known)}")
 names = [name.removeprefix("bench_") for name in parser.parse_args().names]

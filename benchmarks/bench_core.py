@@ -1,15 +1,17 @@
 """The built-in CX core under load, against the original core of a Fawkes checkout in the same run.
 
 The work: G goals, each with a sequential plan of 10 actions, in a domain of 20 facts. Every action goes
-from FORMULATED to FINAL; its precondition is grounded and checked, its effects are applied. The same facts,
-the same executor rule and the same driver for both cores, both in cxbridge's CLIPS host:
+from FORMULATED to FINAL; its precondition is grounded and checked, its effects are applied. Both cores run in
+cxbridge's CLIPS host, with the same facts, the same executor rule and the same driver. The variants:
 
-* ``shared``: the 20 facts are all there is; what an action changes, it changes for all goals.
-* ``own``: also a place for each goal's robot. Its change makes the next action executable, and the previous
-  one not executable. The original core looks through all places for that; it is measured at G = 50 only.
+* ``shared``: the domain begins with the 20 facts alone. The goals share each fact that an action changes.
+* ``own``: the domain also has the place of each goal's robot. A move changes the place: the next action
+  becomes executable, the previous action does not. The original core looks through all places for that. It is
+  measured at G = 50 only.
 
-Times are seconds of the process; making the environment and loading files is not part of them, asserting
-goals, plans and actions is. The built-in core's figure is the best of some rounds: machines are noisy.
+Times are processor times of the process. They include the assertion of goals, plans and actions, but not the
+making of the environment and the loading of files. The built-in core's figure is the best of some rounds,
+because machines are noisy.
 
     FAWKES_DIR=/path/to/fawkes python -m benchmarks.bench_core    exits with 1 when a limit is exceeded
 """
@@ -79,7 +81,8 @@ class Work:
 def measure_seconds(work: Work) -> float:
     """Do the work once, and return the processor time in seconds.
 
-    :raises AssertionError: when an action has not become FINAL: the figure would mean nothing.
+    :raises AssertionError: if the work was not done, so that the figure would mean nothing: CLIPS refuses a
+        fact, or an action is not FINAL, or a goal is not COMPLETED.
     """
     env = make_environment(work.core, "action-selection/sequential")
     env.build(EXECUTOR)
@@ -93,22 +96,22 @@ def measure_seconds(work: Work) -> float:
     for number in range(work.goals):
         assert_goal(env, number, has_own_places=has_own_places)
     env.run()
-    taken = time.process_time() - start
+    seconds = time.process_time() - start
     states = [str(slots["state"]) for _, _, slots in env.facts("plan-action")]
     assert states == ["FINAL"] * (work.goals * ACTIONS), f"{work}: not all actions are FINAL"
     outcomes = [str(slots["outcome"]) for _, _, slots in env.facts("goal")]
     assert outcomes == ["COMPLETED"] * work.goals, f"{work}: not all goals are COMPLETED"
     env.destroy()
-    return taken
+    return seconds
 
 
-def places(number: int) -> tuple[Symbol, Symbol]:
-    """Return both ends of a link."""
-    return Symbol(f"place-{number}"), Symbol(f"place-{number + 1}")
+def places(link: int) -> tuple[Symbol, Symbol]:
+    """Return the places from which and to which a link leads."""
+    return Symbol(f"place-{link}"), Symbol(f"place-{link + 1}")
 
 
 def assert_goal(env: ClipsEnvironment, number: int, *, has_own_places: bool) -> None:
-    """Assert a dispatched goal with its plan, its actions and, if it has one, the place of its robot."""
+    """Assert a dispatched goal with its plan and actions; in the variant ``own`` also its robot's place."""
     goal, plan, robot = Symbol(f"goal-{number}"), Symbol(f"plan-{number}"), Symbol(f"robot-{number}")
     if has_own_places:
         env.assert_fact("domain-fact", {"name": Symbol("at"), "param-values": (robot, places(0)[0])})
@@ -127,14 +130,14 @@ def assert_goal(env: ClipsEnvironment, number: int, *, has_own_places: bool) -> 
 
 
 def measure_builtin(variant: str) -> dict[int, float]:
-    """Return the built-in core's best time for each G; the rounds take turns."""
-    best = dict.fromkeys(GOALS, float("inf"))
+    """Return the built-in core's best time in seconds by G; a round measures each G once."""
+    best_seconds = dict.fromkeys(GOALS, float("inf"))
     for _ in range(ROUNDS):
         for goals in GOALS:
-            best[goals] = min(best[goals], measure_seconds(Work("builtin", variant, goals)))
-    for goals, taken in best.items():
-        print(f"  {variant:>6}, built-in core, G = {goals:3}: {taken:7.3f} s")
-    return best
+            best_seconds[goals] = min(best_seconds[goals], measure_seconds(Work("builtin", variant, goals)))
+    for goals, seconds in best_seconds.items():
+        print(f"  {variant:>6}, built-in core, G = {goals:3}: {seconds:7.3f} s")
+    return best_seconds
 
 
 def main() -> int:
@@ -143,18 +146,20 @@ def main() -> int:
     :returns: 1 when a limit was exceeded, otherwise 0.
     """
     is_within_limits = True
-    builtin = {variant: measure_builtin(variant) for variant in ("shared", "own")}
-    for variant, taken in builtin.items():
+    seconds_by_variant = {variant: measure_builtin(variant) for variant in ("shared", "own")}
+    for variant, best_seconds in seconds_by_variant.items():
         for smaller, greater in itertools.pairwise(GOALS):
-            growth = taken[greater] / taken[smaller]
+            growth = best_seconds[greater] / best_seconds[smaller]
             report(f"{variant}: G = {greater} / G = {smaller}", growth, GROWTH)
             is_within_limits = is_within_limits and growth <= GROWTH
     if not has_fawkes():
+        print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")
         return int(not is_within_limits)
     for variant, goals in (("own", GOALS[0]), *(("shared", goals) for goals in GOALS)):
-        original = measure_seconds(Work("fawkes", variant, goals))
-        ratio = original / builtin[variant][goals]
-        print(f"  {variant:>6}, original core, G = {goals:3}: {original:7.3f} s, {ratio:.0f} times as long")
+        original_s = measure_seconds(Work("fawkes", variant, goals))
+        ratio = original_s / seconds_by_variant[variant][goals]
+        print(f"  {variant:>6}, original core, G = {goals:3}: {original_s:7.3f} s, {ratio:.0f} times as long")
+    # goals and ratio are those of the last measurement: `shared`, with the greatest G
     print(f"original / built-in at G = {goals}: {ratio:.1f} (at least {SPEED_UP:g})")
     return int(not is_within_limits or ratio < SPEED_UP)
 

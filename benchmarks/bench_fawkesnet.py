@@ -32,11 +32,12 @@ from cxbridge.interfaces import default_registry
 from cxbridge_fawkes.network.client import FawkesBlackBoard
 from cxbridge_fawkes.network.server import FawkesServer
 
-BLOCK = 64  # bytes of a block of TestInterface
-HEAD = 28  # bytes of a data message before its block
+BLOCK_BYTES = 64  # a block of TestInterface
+HEAD_BYTES = 28  # a data message before its block
+OPEN_BYTES = 136  # a message that opens an interface: frame header 8, type 48, id 64, hash 16
 SPACINGS_S = (0.1, 0.001)
 FAST_WRITES = 20_000  # writes without a pause
-FAWKES = {  # p50 in microseconds: as shipped, with TCP_NODELAY
+FAWKES = {  # as shipped, with TCP_NODELAY: p50 in microseconds, and updates per second
     "c2c, 100 ms apart": (42_700, 631),
     "c2c, 1 ms apart": (354, 334),
     "open": (88_000, 582),
@@ -64,18 +65,18 @@ def serve(pipe: Connection) -> None:
         pipe.recv()
 
 
-class Notes(Listener):
-    """Records the time of the first read of each number."""
+class ReadRecorder(Listener):
+    """Records the time of each event, and the time of the first event at which each number was read."""
 
     def __init__(self) -> None:
-        self.seen: dict[int, float] = {}
-        self.events: list[float] = []
+        self.read_times: dict[int, float] = {}
+        self.event_times: list[float] = []
 
     def data_refreshed(self, interface: Any) -> None:
         now = time.perf_counter()
-        self.events.append(now)
+        self.event_times.append(now)
         interface.read()
-        self.seen.setdefault(interface.test_int, now)
+        self.read_times.setdefault(interface.test_int, now)
 
 
 def connect(port: int) -> FawkesBlackBoard:
@@ -85,7 +86,10 @@ def connect(port: int) -> FawkesBlackBoard:
 
 
 def write(port: int, pipe: Connection) -> None:
-    """Do the jobs (count, spacing) of the pipe until None; send the time of each number."""
+    """Do the jobs of the pipe until None: write as many numbers as a job says, with its spacing in seconds.
+
+    After each job, the pipe gets the pairs of number and time of the write.
+    """
     with connect(port) as board:
         writer: Any = board.open_for_writing("TestInterface", "bench")
         number = 0
@@ -121,27 +125,30 @@ def measure_clients(port: int, seconds: float) -> Report:
     jobs, work = mp.Pipe()
     with connect(port) as board:
         reader: Any = board.open_for_reading("TestInterface", "bench")
-        notes = Notes()
-        board.register_listener(notes, reader)
+        recorder = ReadRecorder()
+        board.register_listener(recorder, reader)
         writer = mp.Process(target=write, args=(port, work), daemon=True)
         writer.start()
         jobs.recv()
         for spacing in SPACINGS_S:
             sent = ask(jobs, (int(min(seconds, 2000 * spacing) / spacing), spacing))
             board.flush()
-            # a late call of a listener reads the data of a later write
-            latencies = [notes.seen[number] - when for number, when in sent if number in notes.seen]
-            note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
-        notes.events.clear()
+            # a late call of a listener reads the data of a later write: some numbers are not read
+            latencies = [
+                recorder.read_times[number] - when for number, when in sent if number in recorder.read_times
+            ]
+            set_percentiles(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
+        recorder.event_times.clear()
         sent = ask(jobs, (FAST_WRITES, 0))
         board.flush()
-        result["updates/s"] = len(notes.events) / (notes.events[-1] - sent[0][1])
-        result["events"] = len(notes.events) / FAST_WRITES
-        result["values seen"] = sum(number in notes.seen for number, _ in sent) / FAST_WRITES
+        result["updates/s"] = len(recorder.event_times) / (recorder.event_times[-1] - sent[0][1])
+        result["events"] = len(recorder.event_times) / FAST_WRITES
+        result["values seen"] = sum(number in recorder.read_times for number, _ in sent) / FAST_WRITES
         jobs.send(None)
         writer.join()
-        note(result, "open", timed(lambda: board.open_for_reading("TestInterface", "bench").close(), seconds))
-        note(result, "list", timed(board.list_all, seconds))
+        openings = timed(lambda: board.open_for_reading("TestInterface", "bench").close(), seconds)
+        set_percentiles(result, "open", openings)
+        set_percentiles(result, "list", timed(board.list_all, seconds))
     return result
 
 
@@ -152,7 +159,7 @@ def ask(pipe: Connection, job: object) -> Any:
 
 
 def timed(work: Callable[[], object], seconds: float) -> list[float]:
-    """Repeat the work for at most two seconds; return the seconds of each time."""
+    """Repeat the work for the seconds, but at most for two; return the seconds of each repetition."""
     times = []
     end = time.perf_counter() + min(seconds, 2)
     while (started := time.perf_counter()) < end:
@@ -161,8 +168,8 @@ def timed(work: Callable[[], object], seconds: float) -> list[float]:
     return times
 
 
-def note(result: Report, figure: str, seconds: list[float]) -> None:
-    """Set the percentiles of a figure."""
+def set_percentiles(result: Report, figure: str, seconds: list[float]) -> None:
+    """Set p50 and p99 of a figure."""
     result[figure], result[f"{figure} p99"] = percentiles(seconds)
 
 
@@ -170,12 +177,12 @@ def note(result: Report, figure: str, seconds: list[float]) -> None:
 
 
 def relay(pipe: Connection) -> None:
-    """Read frames of the first connection and send two to both connections; echo the third connection."""
+    """Accept two connections: send each frame of the first connection twice to both, and echo the second."""
     listener = socket.create_server(("127.0.0.1", 0))
     pipe.send(listener.getsockname()[1])
     connections = [listener.accept()[0] for _ in range(2)]
     selector = selectors.DefaultSelector()
-    size = HEAD + BLOCK
+    size = HEAD_BYTES + BLOCK_BYTES
     for sock in connections:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         selector.register(sock, selectors.EVENT_READ)
@@ -199,7 +206,7 @@ def relay(pipe: Connection) -> None:
 
 
 def send_bare(port: int, pipe: Connection) -> None:
-    """Do the jobs of :func:`write` with a bare socket."""
+    """Do the work of :func:`write` with a bare socket."""
     sock = socket.create_connection(("127.0.0.1", port))
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     number = 0
@@ -207,12 +214,12 @@ def send_bare(port: int, pipe: Connection) -> None:
     while (job := pipe.recv()) is not None:
         count, spacing = job
         times = []
-        echo = threading.Thread(target=drain, args=(sock, 2 * count * (HEAD + BLOCK)))
+        echo = threading.Thread(target=drain, args=(sock, 2 * count * (HEAD_BYTES + BLOCK_BYTES)))
         echo.start()
         for _ in range(count):
             number += 1
             times.append((number, time.perf_counter()))
-            sock.sendall(struct.pack("=I", number) + bytes(HEAD + BLOCK - 4))
+            sock.sendall(struct.pack("=I", number) + bytes(HEAD_BYTES + BLOCK_BYTES - 4))
             if spacing:
                 time.sleep(spacing)
         echo.join()
@@ -225,16 +232,16 @@ def drain(sock: socket.socket, size: int) -> None:
         size -= len(sock.recv(min(size, 65536)))
 
 
-def receive_bare(sock: socket.socket, count: int, seen: dict[int, float]) -> None:
-    """Receive the two frames of each write, and note the time of the first of them."""
-    size = HEAD + BLOCK
+def receive_bare(sock: socket.socket, count: int, read_times: dict[int, float]) -> None:
+    """Receive two frames of each write; set the time of the first of them by the number of the write."""
+    size = HEAD_BYTES + BLOCK_BYTES
     pending, remaining = b"", 2 * count
     while remaining:
         pending += sock.recv(65536)
         now = time.perf_counter()
         whole = len(pending) // size * size
         for start in range(0, whole, size):
-            seen.setdefault(struct.unpack_from("=I", pending, start)[0], now)
+            read_times.setdefault(struct.unpack_from("=I", pending, start)[0], now)
         remaining -= whole // size
         pending = pending[whole:]
 
@@ -253,24 +260,25 @@ def measure_bare(seconds: float) -> Report:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for spacing in (*SPACINGS_S, 0):
             count = int(min(seconds, 2000 * spacing) / spacing) if spacing else FAST_WRITES
-            seen: dict[int, float] = {}
+            read_times: dict[int, float] = {}
             jobs.send((count, spacing))
-            receive_bare(sock, count, seen)
+            receive_bare(sock, count, read_times)
             sent = jobs.recv()
-            latencies = [seen[number] - when for number, when in sent]
+            latencies = [read_times[number] - when for number, when in sent]
             if spacing:
-                note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
+                set_percentiles(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
             else:
-                result["updates/s"] = count / (max(seen.values()) - sent[0][1])
+                result["updates/s"] = count / (max(read_times.values()) - sent[0][1])
 
         def round_trip() -> None:
-            sock.sendall(bytes(136))
-            remaining = 136
+            sock.sendall(bytes(OPEN_BYTES))
+            remaining = OPEN_BYTES
             while remaining:
                 remaining -= len(sock.recv(remaining))
 
-        note(result, "open", timed(round_trip, seconds))
-        note(result, "list", timed(round_trip, seconds))
+        # the bare sockets send the same bytes for both
+        set_percentiles(result, "open", timed(round_trip, seconds))
+        set_percentiles(result, "list", timed(round_trip, seconds))
     jobs.send(None)
     writer.join(5)
     server.terminate()
@@ -293,6 +301,7 @@ def main(arguments: Sequence[str] = ()) -> int:
     """Measure and print.
 
     :param arguments: the arguments of the command line.
+    :returns: 1 if a figure misses its limit, otherwise 0.
     """
     parser = argparse.ArgumentParser(description="the Fawkes port, against bare sockets and Fawkes")
     parser.add_argument("--seconds", type=float, default=5.0, help="for each measurement, at most")
@@ -316,6 +325,7 @@ def main(arguments: Sequence[str] = ()) -> int:
             f"p50 and p99 in us; of {FAST_WRITES} updates without a pause {ours['events']:.0%} were told, "
             f"{ours['values seen']:.0%} of the values were read by the listener: it reads the newest"
         )
+    # the limits of docs/evidence/performance.md: factors to the Fawkes as shipped
     slow = [figure for figure in ("c2c, 100 ms apart", "open") if FAWKES[figure][0] / ours[figure] < 50]
     slow += ["updates/s"] if ours["updates/s"] < 2 * FAWKES["updates/s"][0] else []
     print(

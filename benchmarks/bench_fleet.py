@@ -78,7 +78,7 @@ class Worker(SkillExecutor):
 
 @dataclass(frozen=True)
 class Fleet:
-    """The size of the scenario.
+    """A fleet: the sizes of its scenario.
 
     :param executors: the number of executors of each robot.
     :param facts: the number of facts that no rule matches.
@@ -93,7 +93,7 @@ class Fleet:
 
 
 def write_scenario(folder: Path, fleet: Fleet) -> Path:
-    """Write the scenario."""
+    """Write the scenario of a fleet into a folder, and return the folder."""
     lines = []
     config = CONFIG
     if fleet.has_lua_skillers:
@@ -117,38 +117,43 @@ def write_scenario(folder: Path, fleet: Fleet) -> Path:
 
 
 def measure(fleet: Fleet) -> list[float]:
-    """Run all goals, and return the milliseconds of each loop.
+    """Run all goals, and return the processor time of each loop in milliseconds.
 
-    :raises AssertionError: when a goal does not complete.
+    :raises AssertionError: if a goal does not complete within 5,000 loops.
     """
     with tempfile.TemporaryDirectory() as folder:
         options = RunOptions(scenario=write_scenario(Path(folder), fleet))
-        loops: list[float] = []
+        loops_ms: list[float] = []
         with Run(options) as run:
             run.start()
-            while not run.is_over and len(loops) < 5_000:
-                begin = time.process_time()
+            while not run.is_over and len(loops_ms) < 5_000:
+                begin_s = time.process_time()
                 start_us = run.clock.now_us()
                 run.loop.run_once()
-                loops.append((time.process_time() - begin) * 1e3)
+                loops_ms.append((time.process_time() - begin_s) * 1e3)
                 run.clock.sleep_until(start_us + run.loop.period_us)
             assert run.executive.goals.outcome_counts == {"COMPLETED": fleet.goals}, (
                 run.executive.goals.outcome_counts
             )
-    return loops
+    return loops_ms
 
 
 def main() -> None:
     """Measure and print."""
-    loops = measure(Fleet())
-    # without the first loop, which makes all facts and goals at once, unlike agents
-    first, later = loops[0], sorted(loops[1:])
-    rate = 1e3 * len(later) / sum(later)
+    loops_ms = measure(Fleet())
+    # the first loop does not count: it makes all facts and goals at once, unlike the loops of agents
+    first_ms, later_ms = loops_ms[0], sorted(loops_ms[1:])
+    rate = 1e3 * len(later_ms) / sum(later_ms)
     verdict = "ok" if rate >= MIN_LOOPS_A_SECOND else "TOO SLOW"
     print(f"{ROBOTS} robots, {FACTS} facts, {GOALS} goals: {rate:.0f} loops a second {verdict}")
-    median, most = statistics.median(later), later[len(later) * 99 // 100]
-    print(f"a loop: median {median:.1f} ms, 99 of 100 below {most:.1f} ms, slowest {later[-1]:.1f} ms")
-    print(f"{len(later)} loops in {sum(later) / 1e3:.2f} s; the first, which makes the facts: {first:.0f} ms")
+    median_ms, p99_ms = statistics.median(later_ms), later_ms[len(later_ms) * 99 // 100]
+    print(
+        f"a loop: median {median_ms:.1f} ms, 99 of 100 below {p99_ms:.1f} ms, slowest {later_ms[-1]:.1f} ms"
+    )
+    print(
+        f"{len(later_ms)} loops in {sum(later_ms) / 1e3:.2f} s; "
+        f"the first, which makes the facts: {first_ms:.0f} ms"
+    )
 
 
 if __name__ == "__main__":

@@ -22,8 +22,9 @@ from pathlib import Path
 from benchmarks.harness import report
 
 SETTLE_S = 40
-"""How long the daemons work off their scenarios."""
+"""The time in which the daemons work off their scenarios; the test scenario takes twelve seconds."""
 MEASURE_S = 60
+"""The time of the measurement, in which a daemon makes 1,800 loops."""
 
 NOTHING = "a process that does nothing, 30 times a second"
 CLIPS = "bare clipspy with two rules, 30 times a second"
@@ -42,7 +43,7 @@ def count_wakeups(pid: int) -> int:
 
 
 def memory_mb(pid: int) -> float:
-    """Return the resident memory of a process, in MB."""
+    """Return the resident memory of a process, in units of 2**20 bytes."""
     return int(Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
 
 
@@ -77,27 +78,31 @@ RIVALS = {
 
 
 def measure(scenarios: dict[str, list[str]], folder: Path) -> None:
-    """Let daemons complete their scenarios, and measure all idle daemons in the same minute."""
+    """Let daemons complete their scenarios, and measure all idle daemons and both rivals in the same minute.
+
+    :param scenarios: the arguments of each daemon, by the name of its figure.
+    :param folder: the folder of the daemons' sockets.
+    """
     commands = {
         **{
-            name: daemon_command(options, folder / f"bb{at}")
-            for at, (name, options) in enumerate(scenarios.items())
+            name: daemon_command(options, folder / f"bb{number}")
+            for number, (name, options) in enumerate(scenarios.items())
         },
         **{name: ["-c", program] for name, program in RIVALS.items()},
     }
     with ExitStack() as stack:
         pids = {name: stack.enter_context(running(command)) for name, command in commands.items()}
         time.sleep(SETTLE_S)
-        began = time.monotonic()
+        begin_s = time.monotonic()
         before = {name: (processor_seconds(pid), count_wakeups(pid)) for name, pid in pids.items()}
         time.sleep(MEASURE_S)
-        seconds = time.monotonic() - began
-        busy = {name: processor_seconds(pid) - before[name][0] for name, pid in pids.items()}
+        passed_s = time.monotonic() - begin_s
+        busy_seconds = {name: processor_seconds(pid) - before[name][0] for name, pid in pids.items()}
         for name in commands:
-            print(f"{name}: {100 * busy[name] / seconds:.2f} percent of a core")
+            print(f"{name}: {100 * busy_seconds[name] / passed_s:.2f} percent of a core")
         for name in scenarios:
-            report(f"{name} / {CLIPS}", busy[name] / busy[CLIPS], limit=2)
-            print(f"  {(count_wakeups(pids[name]) - before[name][1]) / seconds:.0f} wake-ups a second")
+            report(f"{name} / {CLIPS}", busy_seconds[name] / busy_seconds[CLIPS], limit=2)
+            print(f"  {(count_wakeups(pids[name]) - before[name][1]) / passed_s:.0f} wake-ups a second")
             report(f"{name}, MB", memory_mb(pids[name]), limit=60)
 
 

@@ -1,7 +1,7 @@
 """A simulated RCLL game of 20 minutes: its processor time against the game's time.
 
-Needs the checkouts of `cxbridge game` in FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR, and in PROTO_DIR the
-messages if neither of the last two has its submodules.
+Needs the checkouts of `cxbridge game` in FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR. PROTO_DIR names the folder
+of the messages if the checkouts in ROBOTINO_DIR and REFBOX_DIR both lack their submodules.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def main() -> None:
         return
     command = [sys.executable, "-m", "cxbridge", "game", "--spec", "rcll-central", "--seed", "1", "--json"]
     command += [word for item in checkouts.items() for word in item] + ["--minutes", str(MINUTES)]
-    seconds = processor_seconds(command, dict(os.environ))
-    print(f"  {seconds:.0f} s of processor time for {MINUTES} minutes")
-    report("processor time of a game / its time", seconds / (60 * MINUTES), limit=0.25)
+    busy_seconds = processor_seconds(command, dict(os.environ))
+    print(f"  {busy_seconds:.0f} s of processor time for {MINUTES} minutes")
+    report("processor time of a game / its time", busy_seconds / (60 * MINUTES), limit=0.25)
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ VIEWS = ("goals", "goals/G7", "skills", "blackboard", "clips/facts",
 
 
 def set_replies(daemon: FakeDaemon) -> None:
-    """Set the replies of the daemon."""
+    """Let the daemon reply with a tree of goals, facts and 300 rules, without plans and constructs."""
     goals = [f"G{number}" for number in range(GOALS)]
     daemon.answers |= {
         "clips-executive/goals": [
@@ -56,32 +56,32 @@ def set_replies(daemon: FakeDaemon) -> None:
 
 def make_events(count: int, begin: int) -> list[dict[str, Any]]:
     """Return the events of a busy run: half of them of goals and actions, the rest log lines and facts."""
-    made: list[dict[str, Any]] = []
+    events: list[dict[str, Any]] = []
     for number in range(begin, begin + count):
         time_us, goal = START_US + number * 1_000, f"G{number % GOALS}"
         parent = f"G{number % GOALS // 10}" if number % GOALS else "nil"
         match number % 4:
             case 0:
                 mode = ("SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")[number // 4 % 4]
-                made.append(goal_event(goal, mode, parent=parent, time_us=time_us))
+                events.append(goal_event(goal, mode, parent=parent, time_us=time_us))
             case 1:
                 state = ("PENDING", "WAITING", "RUNNING", "FINAL")[number // 4 % 4]
-                made.append({"kind": "plan-action", "env": "executive", "goal": goal, "plan": "P",
+                events.append({"kind": "plan-action", "env": "executive", "goal": goal, "plan": "P",
                              "action": "move", "action_id": str(number % 9), "state": state,
                              "time_us": time_us})  # fmt: skip
             case 2:
-                made.append({"kind": "log", "level": "I", "component": "bench", "text": f"line {number}",
+                events.append({"kind": "log", "level": "I", "component": "bench", "text": f"line {number}",
                              "time_us": time_us})  # fmt: skip
             case _:
-                made.append({"kind": "fact", "env": "executive", "index": number % FACTS,
+                events.append({"kind": "fact", "env": "executive", "index": number % FACTS,
                              "template": "domain-fact",
                              "text": f"(domain-fact (name at) (param-values thing{number % FACTS} place1))",
                              "asserted": True, "time_us": time_us})  # fmt: skip
-    return made
+    return events
 
 
 def task_times_ms(trace: bytes) -> list[float]:
-    """Return the processor times of the main thread's tasks, in ms."""
+    """Return the times of the main thread's tasks in ms: processor times, or wall times without these."""
     trace_events = json.loads(trace)["traceEvents"]
     mains = {
         (event["pid"], event["tid"])
@@ -105,7 +105,7 @@ def trace_longest_task(browser: Any, page: Any, act: Callable[[], None]) -> floa
 
 def measure(browser: Any) -> dict[str, float]:
     """Return the time of the longest task of each view during events, and of an idle page, in ms."""
-    daemon, begin, view_count = FakeDaemon(), 0, EVENTS // len(VIEWS)
+    daemon, begin, batch_size = FakeDaemon(), 0, EVENTS // len(VIEWS) // 10
     set_replies(daemon)
     with serve_daemon(daemon) as site:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
@@ -115,8 +115,8 @@ def measure(browser: Any) -> dict[str, float]:
             nonlocal begin
             page.goto(f"{site.url}#/{view}")
             for _ in range(10):
-                daemon.send_events(*make_events(view_count // 10, begin))
-                begin += view_count // 10
+                daemon.send_events(*make_events(batch_size, begin))
+                begin += batch_size
                 page.wait_for_timeout(150)
 
         def search() -> None:
@@ -133,7 +133,7 @@ def measure(browser: Any) -> dict[str, float]:
 
 
 def write_recording(path: Path) -> None:
-    """Write the recording of all events."""
+    """Write a recording of EVENTS events."""
     with McapWriter(path) as writer:
         writer.event_types(RecordLevel.FACTS)
         for event in make_events(EVENTS, 0):
@@ -160,7 +160,10 @@ def measure_first_picture_ms(browser: Any, url: str) -> float:
 
 
 def main(rounds: int = 3) -> int:
-    """Print the longest task of each view: the median and the worst of the rounds."""
+    """Print the longest task of each view: the median and the worst of the rounds.
+
+    :returns: the number of medians above their limit.
+    """
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         recording = Path(folder, "run.mcap")

@@ -33,8 +33,8 @@ DOMAIN = """(define (domain blocks) (:requirements :strips :typing) (:types bloc
 ROUNDS = 7
 
 
-def problem(blocks: int) -> str:
-    """Return the problem of building a tower from another tower."""
+def problem_text(blocks: int) -> str:
+    """Return the PDDL problem of building a tower from another tower."""
     names = [f"b{number}" for number in range(blocks)]
     before, after = (
         random.Random(blocks).sample(names, blocks),
@@ -53,45 +53,50 @@ def call_timed(function, *arguments):
     return time.perf_counter() - start, result
 
 
-def bare_pyperplan(files):
-    """Plan with pyperplan alone."""
+def bare_pyperplan(domain_file, problem_file):
+    """Return the plan of pyperplan alone; None without a plan."""
     from pyperplan import planner
 
-    task = planner._ground(planner._parse(*map(str, files)))
+    task = planner._ground(planner._parse(str(domain_file), str(problem_file)))
     return planner.SEARCHES["gbf"](task, planner.HEURISTICS["hff"](task))
 
 
-def bare_fast_downward(files):
-    """Plan with Fast Downward as unified-planning calls it."""
+def bare_fast_downward(domain_file, problem_file):
+    """Return the plan of Fast Downward as unified-planning calls it; None without a plan."""
     from unified_planning import io, shortcuts
 
-    shortcuts.get_environment().credits_stream = None
-    task = io.PDDLReader().parse_problem(*map(str, files))
+    shortcuts.get_environment().credits_stream = None  # it prints the credits of engines otherwise
+    task = io.PDDLReader().parse_problem(str(domain_file), str(problem_file))
     with shortcuts.OneshotPlanner(name="fast-downward") as engine:
         return engine.solve(task).plan
 
 
 def compare(service, engine, bare, folder) -> None:
-    """Measure an engine, bare and through the service in turn, and print."""
+    """Measure an engine, bare and through the service in turn, and print.
+
+    :param engine: the engine's name for the service.
+    :param bare: the function that calls the bare engine with the files of domain and problem.
+    """
     domain = parse_domain(DOMAIN)
-    files = [Path(folder, "domain.pddl"), Path(folder, "problem.pddl")]
-    files[0].write_text(DOMAIN)
-    service.plan(PlanRequest(domain, parse_problem(problem(3), domain), engine))
+    domain_file, problem_file = Path(folder, "domain.pddl"), Path(folder, "problem.pddl")
+    domain_file.write_text(DOMAIN)
+    # not measured, because the first plan starts the planner's process
+    service.plan(PlanRequest(domain, parse_problem(problem_text(3), domain), engine))
     for blocks in range(4, 11):
-        text = problem(blocks)
-        files[1].write_text(text)
-        bare(files)
-        alone, extra = [], []
+        text = problem_text(blocks)
+        problem_file.write_text(text)
+        bare(domain_file, problem_file)  # not measured, because the first call imports the engine
+        alone_seconds, extra_seconds = [], []
         for _ in range(ROUNDS):
-            rival_seconds, plan = call_timed(bare, files)
+            rival_seconds, plan = call_timed(bare, domain_file, problem_file)
             start = time.perf_counter()
             result = service.plan(PlanRequest(domain, parse_problem(text, domain), engine))
             our_seconds = time.perf_counter() - start
             assert plan, "the engine alone finds no plan"
             assert result.actions, result.message
-            alone.append(rival_seconds)
-            extra.append(our_seconds - rival_seconds)
-        alone_ms, extra_ms = 1000 * statistics.median(alone), 1000 * statistics.median(extra)
+            alone_seconds.append(rival_seconds)
+            extra_seconds.append(our_seconds - rival_seconds)
+        alone_ms, extra_ms = 1000 * statistics.median(alone_seconds), 1000 * statistics.median(extra_seconds)
         share = extra_ms / alone_ms
         print(f"  {engine} alone: {alone_ms:.1f} ms; ours: {extra_ms:+.1f} ms, {100 * share:+.0f} %")
         report(f"{engine}, {blocks} blocks, more than alone, ms", extra_ms, limit=max(20, 0.1 * alone_ms))

@@ -72,16 +72,19 @@ AGENT = f"""
 
 
 def run_seconds(scenario: Path, trace: Path | None, level: str) -> float:
-    """Return the processor time of a run."""
-    gc.collect()
+    """Return the processor time of a run in seconds.
+
+    :param trace: the file of the recording; None to run without a recording.
+    """
+    gc.collect()  # the garbage of the run before does not count
     started = time.process_time()
     run_scenario(RunOptions(scenario=scenario, trace=trace, trace_level=level))
     return time.process_time() - started
 
 
-def measure_pair(scenario: Path, trace: Path, level: str, recorded_first: bool) -> tuple[float, float]:
+def measure_pair(scenario: Path, trace: Path, level: str, is_recorded_first: bool) -> tuple[float, float]:
     """Return the times of a recorded run and of a run without recording."""
-    if recorded_first:
+    if is_recorded_first:
         return run_seconds(scenario, trace, level), run_seconds(scenario, None, level)
     plain = run_seconds(scenario, None, level)
     return run_seconds(scenario, trace, level), plain
@@ -97,21 +100,21 @@ def measure(name: str, scenario: Path, folder: Path) -> None:
         pairs = [measure_pair(scenario, trace, level, number % 2 == 0) for number in range(PAIRS)]
         ratio = statistics.median(recorded / plain for recorded, plain in pairs)
         recorded, plain = (min(times) for times in zip(*pairs, strict=True))
-        count = sum(1 for _ in open_run(trace))
+        event_count = sum(1 for _ in open_run(trace))
         fastest = f"{recorded:.3f} s against {plain:.3f} s, {recorded / plain:.2f}"
-        print(f"  {count} events; the fastest: {fastest}")
+        print(f"  {event_count} events; the fastest: {fastest}")
         report(f"{name}, {level}: time recorded to time not recorded", ratio, limit)
 
 
 def main() -> None:
     """Measure the test scenario and a long run."""
     with tempfile.TemporaryDirectory() as folder:
-        long = Path(folder) / "long"
-        long.mkdir()
-        (long / "scenario.yaml").write_text(SCENARIO)
-        (long / "long.clp").write_text(AGENT)
+        long_run = Path(folder) / "long"
+        long_run.mkdir()
+        (long_run / "scenario.yaml").write_text(SCENARIO)
+        (long_run / "long.clp").write_text(AGENT)
         measure("test scenario", ROOT / "scenarios" / "test-scenario", Path(folder))
-        measure("long run", long, Path(folder))
+        measure("long run", long_run, Path(folder))
 
 
 if __name__ == "__main__":

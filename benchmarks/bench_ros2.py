@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 COUNT = 300
+"""The number of round trips of each kind in a round."""
 ROUNDS = 5
-NEEDED = ("ROS2_SETUP",)
+REPLY_TIMEOUT_S = 5.0
+"""The time after which a round trip ends without a reply: far more than a round trip takes."""
 
 
 def measure_cxbridge() -> dict[str, float]:
@@ -40,7 +42,7 @@ def measure_cxbridge() -> dict[str, float]:
             for number in range(COUNT):
                 before, started = len(received), time.perf_counter()
                 begin(number)
-                while len(received) == before and time.perf_counter() - started < 5:
+                while len(received) == before and time.perf_counter() - started < REPLY_TIMEOUT_S:
                     node.poll(0.5)
                 times.append(time.perf_counter() - started)
             return statistics.median(times) * 1e6
@@ -49,13 +51,13 @@ def measure_cxbridge() -> dict[str, float]:
         publisher = node.create_publisher("/there", "std_msgs/msg/String")
         add = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
         fibonacci = ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci")
-        limit = time.monotonic() + 20
+        deadline = time.monotonic() + 20  # long enough for the discovery of the peer
         while (
             not (publisher.count_subscriptions() and add.has_server and fibonacci.has_server)
-            and time.monotonic() < limit
+            and time.monotonic() < deadline
         ):
             node.poll(0.1)
-        time.sleep(1.0)  # the other direction of the topic is matched as well
+        time.sleep(1.0)  # until the other direction of the topic is matched as well
         node.poll()
         return {
             "topic": median_trip_us(lambda number: publisher.publish({"data": f"message {number}"})),
@@ -65,11 +67,11 @@ def measure_cxbridge() -> dict[str, float]:
 
 
 def measure_goal_seconds(node: Node, fibonacci: ActionClient) -> Iterator[float]:
-    """Yield the seconds of each goal until its result."""
+    """Send goals one after the other, and yield the seconds from each goal to its result."""
     for _ in range(COUNT):
         started = time.perf_counter()
         sent = fibonacci.send({"order": 1})
-        while not sent.is_over and time.perf_counter() - started < 5:
+        while not sent.is_over and time.perf_counter() - started < REPLY_TIMEOUT_S:
             node.poll(0.5)
         yield time.perf_counter() - started
 
@@ -85,11 +87,12 @@ def measure_rclpy() -> dict[str, float]:
 
 def main() -> None:
     """Print the medians of all rounds, and their ratios."""
-    if any(not os.environ.get(name) for name in NEEDED):
+    if not os.environ.get("ROS2_SETUP"):
         print("nothing is measured: ROS2_SETUP names no ROS 2")
         return
     from ros2_tests.conftest import start_peer
 
+    # a domain for this process, so that nodes of other programs do not take part
     os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
     peer = start_peer("rclpy", "peer.py")
     try:
@@ -98,9 +101,9 @@ def main() -> None:
         peer.kill()
         peer.wait()
     for traffic in ("topic", "service", "goal"):
-        ours_us = statistics.median(first[traffic] for first, _ in rounds)
-        rival_us = statistics.median(second[traffic] for _, second in rounds)
-        ratio = statistics.median(first[traffic] / second[traffic] for first, second in rounds)
+        ours_us = statistics.median(ours[traffic] for ours, _ in rounds)
+        rival_us = statistics.median(rival[traffic] for _, rival in rounds)
+        ratio = statistics.median(ours[traffic] / rival[traffic] for ours, rival in rounds)
         print(f"{traffic}: cxbridge {ours_us:.0f} us, rclpy with itself {rival_us:.0f} us, ratio {ratio:.2f}")
 
 

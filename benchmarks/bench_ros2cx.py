@@ -1,8 +1,8 @@
 """Agents of clips_manager: a cold start, an idle tick, twenty environments, a minute of a turtle, learning.
 
-The start is measured against our smallest scenario, the tick against that of `bench_tick` in bare clipspy: a
-time fact, a rule that calls Python, a rule that retracts the fact. Seconds are processor time, because other
-processes may use the machine as well.
+The rival of the start is cxbridge's smallest scenario. The rival of the tick is that of `bench_tick` in bare
+clipspy: a time fact, a rule that calls Python, a rule that retracts the fact. Seconds are processor time,
+because other processes may use the machine as well.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ DRIVER = """
   (ros-msgs-set-field ?l "x" (min 2.0 ?far)) (ros-msgs-set-field ?a "z" (sin ?turn))
   (ros-msgs-publish ?t "/cmd_vel") (ros-msgs-destroy-message ?t)
   (ros-msgs-destroy-message ?m) (retract ?f))
+; destroys messages that drive has not used
 (defrule late (declare (salience -1)) ?f <- (ros-msgs-message (msg-ptr ?m))
   => (ros-msgs-destroy-message ?m) (retract ?f))
 """
@@ -70,24 +71,24 @@ def measure_cold_start(folder: Path) -> None:
     """Measure hello_world as a process, in turn with the smallest scenario of cxbridge."""
     repository = Path(__file__).resolve().parent.parent
     hello = repository / "plugins/cxbridge-ros2cx/cxbridge_ros2cx/examples/params/hello.yaml"
-    program = [sys.executable, "-m", "cxbridge", "run"]
-    hello_run = [*program, str(hello), "--timeout", "2"]
-    smallest = [*program, "waypoints"]
+    command = [sys.executable, "-m", "cxbridge", "run"]
+    hello_run = [*command, str(hello), "--timeout", "2"]
+    smallest_run = [*command, "waypoints"]
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(folder / "bytecode")}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    for command in (hello_run, smallest):
-        processor_seconds(command, environment)  # writes the bytecode
+    for run in (hello_run, smallest_run):
+        processor_seconds(run, environment)  # writes the bytecode
     pairs = [
-        (processor_seconds(hello_run, environment), processor_seconds(smallest, environment))
+        (processor_seconds(hello_run, environment), processor_seconds(smallest_run, environment))
         for _ in range(PAIRS)
     ]
-    first, second = (statistics.median(seconds) for seconds in zip(*pairs, strict=True))
-    print(f"  {first:.3f} s against {second:.3f} s of processor time (medians of {PAIRS})")
-    report("hello_world cold / our smallest scenario", first / second, limit=1.2)
+    hello_s, smallest_s = (statistics.median(seconds) for seconds in zip(*pairs, strict=True))
+    print(f"  {hello_s:.3f} s against {smallest_s:.3f} s of processor time (medians of {PAIRS})")
+    report("hello_world cold / our smallest scenario", hello_s / smallest_s, limit=1.2)
 
 
 def measure_idle_tick(folder: Path) -> None:
-    """Measure a tick of an agent that is finished."""
+    """Measure a tick of an agent that does nothing else than its time fact and `now`."""
     with Run(options_from_keywords(write_parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
@@ -100,7 +101,7 @@ def measure_idle_tick(folder: Path) -> None:
 
 
 def measure_environments(folder: Path) -> None:
-    """Measure a second of twenty environments."""
+    """Measure a second of twenty environments, the mean of ten seconds."""
     file = write_parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
     with Run(options_from_keywords(file, timeout=1e9)) as run:
         run.start()
@@ -116,22 +117,23 @@ def measure_environments(folder: Path) -> None:
 
 def measure_turtle(folder: Path) -> None:
     """Measure a minute in which a turtle drives from corner to corner."""
-    pose_count = [0]
+    pose_count = [0]  # a list, so that step can change it
 
     def attach(run):
         assert isinstance(run.executive, CxNode)
         node = run.executive.manager.context.ros.graph.join("turtle")
+        # pose: x and y in metres, theta in radians; speeds: metres and radians a second
         pose, topic = [5.5, 5.5, 0.0], node.create_publisher("/pose", "geometry_msgs/msg/Pose2D")
-        moving = [0.0, 0.0]
+        speeds = [0.0, 0.0]
 
         def command(message):
-            moving[:] = [message["linear"]["x"], message["angular"]["z"]]
+            speeds[:] = [message["linear"]["x"], message["angular"]["z"]]
 
         def step():
-            passed = run.loop.period_us / 1e6
-            pose[2] += moving[1] * passed
-            pose[0] += moving[0] * passed * math.cos(pose[2])
-            pose[1] += moving[0] * passed * math.sin(pose[2])
+            passed_s = run.loop.period_us / 1e6
+            pose[2] += speeds[1] * passed_s
+            pose[0] += speeds[0] * passed_s * math.cos(pose[2])
+            pose[1] += speeds[0] * passed_s * math.sin(pose[2])
             pose_count[0] += 1
             topic.publish({"x": pose[0], "y": pose[1], "theta": pose[2]})
 
@@ -148,18 +150,18 @@ def measure_turtle(folder: Path) -> None:
 
 
 def measure_learning(checkout: Path) -> None:
-    """Measure steps of the agent of blocks, with its resets."""
+    """Measure random steps of the original's agent of blocks, with its resets."""
     import gymnasium
 
     import cxbridge_ros2cx.rl
 
     agent = checkout / "extensions/reinforment_learning/cx_rl_bringup/params/rl_agent.yaml"
     env = gymnasium.make(cxbridge_ros2cx.rl.ENVIRONMENT_ID, parameters=agent, ros2cx=checkout).unwrapped
-    chance = random.Random(1)
+    rng = random.Random(1)
     _, info = env.reset()
     start = time.process_time()
     for _ in range(STEPS):
-        action = chance.choice([number for number, mask in enumerate(info["action_mask"]) if mask])
+        action = rng.choice([number for number, is_allowed in enumerate(info["action_mask"]) if is_allowed])
         *_, is_over, _, info = env.step(action)
         if is_over:
             _, info = env.reset()

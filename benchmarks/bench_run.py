@@ -1,6 +1,7 @@
 """`cxbridge run scenarios/test-scenario`, cold and recorded, as a whole process.
 
-With ROS2CX_2021_DIR also the spec test-nav2 of the thesis with its own core, with planning.
+If ROS2CX_2021_DIR names a checkout, the spec test-nav2 of the thesis is measured, too. It runs with the
+thesis' core and with planning.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ FAWKES_SECONDS = 10.3
 """The duration of the recorded run of the real Fawkes, in real time."""
 
 
-def run_scenario_seconds(folder: Path, *, record: bool) -> float:
+def run_scenario_seconds(folder: Path, *, is_recorded: bool) -> float:
     """Run the scenario in a new process; return the wall time."""
     command = [sys.executable, "-m", "cxbridge", "run", "scenarios/test-scenario", "-q"]
-    if record:
+    if is_recorded:
         command += ["--trace", str(folder / "t.mcap"), "--log", str(folder / "t.log")]
     started = time.perf_counter()
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
@@ -35,19 +36,19 @@ def run_scenario_seconds(folder: Path, *, record: bool) -> float:
 def measure_thesis(checkout: str) -> None:
     """Run the thesis' plan of seven moves; print wall and processor time, with the planner's process."""
     command = [sys.executable, "-m", "cxbridge", "run", "--ros2cx", checkout, "--spec", "test-nav2", "-q"]
-    walls, busy = [], []
+    wall_seconds, busy_seconds = [], []
     for _ in range(RUNS):
-        before, started = processor_seconds(), time.perf_counter()
+        before, started = finished_processor_seconds(), time.perf_counter()
         subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
-        walls.append(time.perf_counter() - started)
-        busy.append(processor_seconds() - before)
-    for name, seconds in (("wall", walls), ("processor", busy)):
+        wall_seconds.append(time.perf_counter() - started)
+        busy_seconds.append(finished_processor_seconds() - before)
+    for name, seconds in (("wall", wall_seconds), ("processor", busy_seconds)):
         print(f"test-nav2: {name} time {min(seconds):.3f} to {max(seconds):.3f} s")
-    report("test-nav2 of the thesis, seconds of wall time", statistics.median(walls), limit=2.0)
-    report("the same, seconds of processor time", statistics.median(busy), limit=2.0)
+    report("test-nav2 of the thesis, seconds of wall time", statistics.median(wall_seconds), limit=2.0)
+    report("the same, seconds of processor time", statistics.median(busy_seconds), limit=2.0)
 
 
-def processor_seconds() -> float:
+def finished_processor_seconds() -> float:
     """Return the processor time of finished child processes."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
@@ -56,14 +57,14 @@ def processor_seconds() -> float:
 def main() -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as folder:
-        run_scenario_seconds(Path(folder), record=True)
-        recorded = [run_scenario_seconds(Path(folder), record=True) for _ in range(RUNS)]
-        plain = [run_scenario_seconds(Path(folder), record=False) for _ in range(RUNS)]
-    seconds = statistics.median(recorded)
+        run_scenario_seconds(Path(folder), is_recorded=True)  # fills the caches of files and bytecode
+        recorded = [run_scenario_seconds(Path(folder), is_recorded=True) for _ in range(RUNS)]
+        plain = [run_scenario_seconds(Path(folder), is_recorded=False) for _ in range(RUNS)]
+    recorded_s = statistics.median(recorded)
     print(f"recorded {min(recorded):.3f} to {max(recorded):.3f} s")
     print(f"not recorded {statistics.median(plain):.3f} s")
-    report("seconds of wall time, cold, recorded", seconds, limit=1.0)
-    print(f"{FAWKES_SECONDS / seconds:.0f} times as fast as the real Fawkes ({FAWKES_SECONDS} s)")
+    report("seconds of wall time, cold, recorded", recorded_s, limit=1.0)
+    print(f"{FAWKES_SECONDS / recorded_s:.0f} times as fast as the real Fawkes ({FAWKES_SECONDS} s)")
     if checkout := os.environ.get("ROS2CX_2021_DIR"):
         measure_thesis(checkout)
     else:

@@ -6,8 +6,8 @@ Skillers of the agents), in CPU time of this process, because other processes ma
 
     python -m benchmarks skill_board
 
-It prints the median loop with running actions, and the slowest loop of those that start all actions: TOO SLOW
-above 33 ms and 50 ms.
+It prints the median of the loops with running actions, which is TOO SLOW above 33 ms, and the slowest of the
+loops that start all actions, which is TOO SLOW above 50 ms.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from cxbridge.skiller.board.settings import AgentSettings, BoardSettings
 AGENTS = 100
 EXECUTORS = 10
 LOOPS = 150
-PERIOD_US = 33_333
+PERIOD_US = 33_333  # of the main loop
 LIMIT_MS = 33.0
 """The limit for the median loop: the period of the main loop."""
 START_ROUNDS = 7
@@ -50,7 +50,10 @@ class Busy(SkillExecutor):
 
 
 def measure(loops: int = LOOPS) -> tuple[list[float], list[float]]:
-    """Return the times in ms of loops with running actions, and of the loops before that start them."""
+    """Return the times in ms of the loops with running actions, and of the loops that start the actions.
+
+    :param loops: the number of loops with running actions; 0 to measure the start alone.
+    """
     clock = VirtualClock()
     board = LocalBlackBoard(InterfaceRegistry(), clock)
     bus = EventBus(clock)
@@ -78,7 +81,7 @@ def measure(loops: int = LOOPS) -> tuple[list[float], list[float]]:
     start_loops_ms = []
     while sum(host.state == "BUSY" for host in service.hosts) < AGENTS * EXECUTORS:
         start_loops_ms.append(loop_ms())
-        assert len(start_loops_ms) < LOOPS
+        assert len(start_loops_ms) < LOOPS, "the actions do not start"
     running_loops_ms = [loop_ms() for _ in range(loops)]
     assert sum(host.state == "BUSY" for host in service.hosts) == AGENTS * EXECUTORS
     service.close()

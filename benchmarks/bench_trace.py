@@ -1,4 +1,4 @@
-"""The cost of recording, reading and comparing. Run: ``python benchmarks/bench_trace.py``."""
+"""The cost of recording, reading and comparing runs. Run: ``python benchmarks/bench_trace.py``."""
 
 from __future__ import annotations
 
@@ -100,6 +100,7 @@ def measure_bblogger(folder: Path, count: int = 20_000) -> None:
 
 def print_import_time() -> None:
     """Print the time of a process' first mcap writer."""
+    # every run has loaded these modules before its writer
     bare = "import typer, io, cxbridge.trace.recorder, cxbridge.trace.codec"
     writer = f"from {McapWriter.__module__} import McapWriter as W; W('/dev/null')"
     extra = shortest_start_seconds(f"{bare}; {writer}") - shortest_start_seconds(bare)
@@ -107,7 +108,7 @@ def print_import_time() -> None:
 
 
 def shortest_start_seconds(code: str) -> float:
-    """Return the shortest of several times of a new process with ``code``, in seconds."""
+    """Return the shortest of seven times of a new process with ``code``, in seconds."""
     times = []
     for _ in range(7):
         start = time.perf_counter()
@@ -117,7 +118,7 @@ def shortest_start_seconds(code: str) -> float:
 
 
 def main(goals: int = 1000) -> None:
-    """Measure all for a run with this number of goals."""
+    """Print the rate of each operation on a run with this number of goals."""
     events = make_events(goals)
     transitions = [event for event in events if type(event) in RecordLevel.TRANSITIONS.event_types]
     with tempfile.TemporaryDirectory() as folder:

@@ -31,11 +31,11 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
 
 TYPE, ID = "SkillerInterface", "bench"
-SIZE = 1216  # bytes of SkillerInterface's block
+BLOCK_BYTES = 1216  # of SkillerInterface
 READERS, RATE_HZ, SECONDS = 10, 1000, 3.0
 BURST = 30_000  # writes without a pause
-REPORTED_PAUSE_S = 0.05
-TRIPS = 1500
+REPORTED_PAUSE_S = 0.05  # a pause of the machine that explains late updates
+TRIPS = 1500  # messages with their replies
 
 
 def percentile(values: list[float], share: float) -> float:
@@ -48,11 +48,11 @@ def send_result(result: Any) -> None:
     print(json.dumps(result), flush=True)
 
 
-def pace(rate: float, seconds: float, work: Callable[[], object]) -> None:
-    """Call ``work`` at a rate."""
+def pace(rate_hz: float, seconds: float, work: Callable[[], object]) -> None:
+    """Call ``work`` at a rate for some seconds."""
     start = time.monotonic()
-    for count in range(int(rate * seconds)):
-        wait_s = start + count / rate - time.monotonic()
+    for count in range(int(rate_hz * seconds)):
+        wait_s = start + count / rate_hz - time.monotonic()
         if wait_s > 0:
             time.sleep(wait_s)
         work()
@@ -79,19 +79,25 @@ def connect(url: str) -> ZmqBlackBoard:
 
 
 class _Arrivals(Listener):
+    """The arrivals of updates, whose field ``error`` has the time of the write in nanoseconds."""
+
     def __init__(self) -> None:
-        self.delays: list[float] = []
-        self.last = 0.0
+        self.delays_us: list[float] = []
+        self.last_s = 0.0
 
     def data_refreshed(self, interface: Any) -> None:
         interface.read()
         now = time.monotonic_ns()
-        self.delays.append((now - int(interface.error)) / 1e3)
-        self.last = now / 1e9
+        self.delays_us.append((now - int(interface.error)) / 1e3)
+        self.last_s = now / 1e9
 
 
 def ours_reader(url: str, _: str) -> None:
-    """Send the delays in microseconds of all updates until the parent sends a line."""
+    """Receive updates until the parent sends a line.
+
+    Sends the delays of all updates in microseconds, the time of the last update in seconds, and the number of
+    skipped updates.
+    """
     with connect(url) as board:
         arrivals = _Arrivals()
         reader = board.open_for_reading(TYPE, ID)
@@ -99,19 +105,12 @@ def ours_reader(url: str, _: str) -> None:
         send_result("ready")
         wait_for_parent()
         board.flush()
-        send_result(
-            {
-                "delays": arrivals.delays,
-                "last": arrivals.last,
-                "skipped": board.skipped,
-                "cpu": time.process_time(),
-            }
-        )
+        send_result({"delays": arrivals.delays_us, "last": arrivals.last_s, "skipped": board.skipped})
         wait_for_parent()
 
 
 def ours_writer(url: str, mode: str) -> None:
-    """Write the current time at a rate, or without pauses in the mode ``burst``."""
+    """Write the current time at RATE_HZ, in the mode ``burst`` without pauses; send the time of the begin."""
     with connect(url) as board:
         writer: Any = board.open_for_writing(TYPE, ID)
 
@@ -132,7 +131,9 @@ def ours_writer(url: str, mode: str) -> None:
         wait_for_parent()
 
 
-class _Replies(Listener):
+class _Replier(Listener):
+    """Writes the text of each message into the interface."""
+
     def message_received(self, interface: Any, message: Any) -> bool:
         interface.error = message.skill_string
         interface.write()
@@ -142,12 +143,14 @@ class _Replies(Listener):
 def ours_worker(url: str, _: str) -> None:
     """Reply to each message with an update."""
     with connect(url) as board:
-        board.register_listener(_Replies(), board.open_for_writing(TYPE, ID), EventKind.MESSAGE_RECEIVED)
+        board.register_listener(_Replier(), board.open_for_writing(TYPE, ID), EventKind.MESSAGE_RECEIVED)
         send_result("ready")
         wait_for_parent()
 
 
 class _UpdateEvent(Listener):
+    """An event that is set by each update."""
+
     def __init__(self) -> None:
         self.arrived = threading.Event()
 
@@ -157,12 +160,12 @@ class _UpdateEvent(Listener):
 
 
 def ours_asker(url: str, _: str) -> None:
-    """Send the microseconds from each message to the update."""
+    """Send the microseconds from each message to the update that replies to it."""
     with connect(url) as board:
         reader: Any = board.open_for_reading(TYPE, ID)
         update = _UpdateEvent()
         board.register_listener(update, reader, EventKind.DATA_REFRESHED)
-        trips = []
+        trips_us = []
         for count in range(TRIPS):
             update.arrived.clear()
             message = reader.create_message("ExecSkillMessage")
@@ -170,8 +173,8 @@ def ours_asker(url: str, _: str) -> None:
             start = time.monotonic_ns()
             reader.msgq_enqueue(message)
             assert update.arrived.wait(5)
-            trips.append((time.monotonic_ns() - start) / 1e3)
-        send_result(trips)
+            trips_us.append((time.monotonic_ns() - start) / 1e3)
+        send_result(trips_us)
         wait_for_parent()
 
 
@@ -180,8 +183,8 @@ def ours_asker(url: str, _: str) -> None:
 
 def _socket(kind: int, url: str, *, bind: bool = False) -> Any:
     socket: Any = zmq.Context.instance().socket(kind)
-    socket.linger = 0
-    socket.sndhwm = socket.rcvhwm = 100_000
+    socket.linger = 0  # a process ends without waiting for unsent frames
+    socket.sndhwm = socket.rcvhwm = 100_000  # more than BURST: no frame is dropped
     if kind == zmq.SUB:
         socket.subscribe = b""
     if bind:
@@ -192,29 +195,32 @@ def _socket(kind: int, url: str, *, bind: bool = False) -> Any:
 
 
 def _pub_of(url: str) -> str:
-    """Return the URL of the PUB of a daemon with a ROUTER at ``url``."""
+    """Return the URL of the PUB of a daemon with a ROUTER at ``url``; ``*`` stands for any port."""
     return url if url.endswith("*") else f"{url}.pub"
 
 
 def bare_daemon(url: str, _: str) -> None:
-    """Pass writes to the PUB, and questions to the worker."""
+    """Pass writes to the PUB, and messages of the asker to the worker.
+
+    Sends the URLs of ROUTER and PUB, with a space in between, as the only item of a list.
+    """
     router, pub = _socket(zmq.ROUTER, url, bind=True), _socket(zmq.PUB, _pub_of(url), bind=True)
     bound = [socket.last_endpoint.decode() for socket in (router, pub)]
     send_result([" ".join(bound)])
-    peers: set[bytes] = set()
+    worker = b""
     poller: Any = zmq.Poller()
     poller.register(router, zmq.POLLIN)
     poller.register(sys.stdin, zmq.POLLIN)
     while sys.stdin.fileno() not in dict(poller.poll()):
-        for _turn in range(64):
+        for _turn in range(64):  # as many frames as the daemon of cxbridge receives at once
             try:
                 peer, kind, block = router.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 break
             if kind == b"worker":
-                peers.add(peer)
+                worker = peer
             elif kind == b"ask":
-                router.send_multipart([next(iter(peers)), kind, block])
+                router.send_multipart([worker, kind, block])
             else:
                 pub.send(block)
 
@@ -222,7 +228,7 @@ def bare_daemon(url: str, _: str) -> None:
 def bare_reader(url: str, _: str) -> None:
     """Do the work of :func:`ours_reader`."""
     sub = _socket(zmq.SUB, url.rpartition(" ")[2])
-    delays, last = [], 0.0
+    delays_us, last_s = [], 0.0
     send_result("ready")
     poller = zmq.Poller()
     poller.register(sub, zmq.POLLIN)
@@ -232,12 +238,12 @@ def bare_reader(url: str, _: str) -> None:
         if sub in ready:
             block = sub.recv()
             now = time.monotonic_ns()
-            delays.append((now - int(block[:20])) / 1e3)
-            last = now / 1e9
+            delays_us.append((now - int(block[:20])) / 1e3)  # the block begins with the time, then has spaces
+            last_s = now / 1e9
         elif ready:
             break
     wait_for_parent()
-    send_result({"delays": delays, "last": last, "skipped": 0, "cpu": time.process_time()})
+    send_result({"delays": delays_us, "last": last_s, "skipped": 0})
     wait_for_parent()
 
 
@@ -246,7 +252,7 @@ def bare_writer(url: str, mode: str) -> None:
     dealer = _socket(zmq.DEALER, url.partition(" ")[0])
 
     def write() -> None:
-        dealer.send_multipart([b"write", str(time.monotonic_ns()).encode().ljust(SIZE)])
+        dealer.send_multipart([b"write", str(time.monotonic_ns()).encode().ljust(BLOCK_BYTES)])
 
     send_result("ready")
     wait_for_parent()
@@ -277,14 +283,14 @@ def bare_asker(url: str, _: str) -> None:
     """Do the work of :func:`ours_asker`."""
     dealer, sub = _socket(zmq.DEALER, url.partition(" ")[0]), _socket(zmq.SUB, url.rpartition(" ")[2])
     time.sleep(0.5)  # until the daemon knows the subscription
-    trips = []
+    trips_us = []
     for count in range(TRIPS):
         start = time.monotonic_ns()
-        dealer.send_multipart([b"ask", str(count).encode().ljust(SIZE)])
+        dealer.send_multipart([b"ask", str(count).encode().ljust(BLOCK_BYTES)])
         assert sub.poll(5000)
         sub.recv()
-        trips.append((time.monotonic_ns() - start) / 1e3)
-    send_result(trips)
+        trips_us.append((time.monotonic_ns() - start) / 1e3)
+    send_result(trips_us)
     wait_for_parent()
 
 
@@ -314,11 +320,12 @@ class PauseWatch:
 
 
 class Processes:
-    """Child processes with roles; the daemon is the first."""
+    """Child processes with roles, of one rival (``ours`` or ``bare``); the daemon is the first."""
 
-    def __init__(self, kind: str, transport: str, folder: str) -> None:
-        self._kind = kind
+    def __init__(self, rival: str, transport: str, folder: str) -> None:
+        self._rival = rival
         self._children: list[subprocess.Popen[str]] = []
+        # a new socket for each daemon: the folder has a file for each daemon before
         number = len(list(Path(folder).iterdir()))
         Path(folder, str(number)).touch()
         url = "tcp://127.0.0.1:*" if transport == "tcp" else f"ipc://{folder}/s{number}"
@@ -328,7 +335,7 @@ class Processes:
 
     def start(self, role: str, mode: str = "") -> subprocess.Popen[str]:
         """Start a child with a role."""
-        command = [sys.executable, "-m", "benchmarks.bench_zmq", f"{self._kind}_{role}", self.url, mode]
+        command = [sys.executable, "-m", "benchmarks.bench_zmq", f"{self._rival}_{role}", self.url, mode]
         child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._children.append(child)
         return child
@@ -348,6 +355,7 @@ class Processes:
         """Return the processor time of the daemon, in seconds."""
         with Path(f"/proc/{self._children[0].pid}/stat").open() as stat:
             fields = stat.read().rpartition(")")[2].split()
+        # utime and stime
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def memory_mb(self) -> float:
@@ -358,50 +366,53 @@ class Processes:
     def end(self) -> None:
         """End all children."""
         for child in reversed(self._children):
-            child.communicate("\n\n\n")
+            child.communicate("\n\n\n")  # at least as many lines as a child may still wait for
 
 
-def updates(
-    kind: str, transport: str, folder: str, readers: int, mode: str
+def measure_updates(
+    rival: str, transport: str, folder: str, readers: int, mode: str
 ) -> tuple[list[float], float, int]:
-    """Return the delays at all readers in microseconds, the updates per second, and the skipped updates."""
-    processes = Processes(kind, transport, folder)
+    """Return the delays at all readers in us, the updates per second, and the number of skipped updates.
+
+    :param mode: ``paced`` or ``burst``.
+    """
+    processes = Processes(rival, transport, folder)
     try:
         children = [processes.start("reader") for _ in range(readers)]
         writer = processes.start("writer", mode)
         for child in (*children, writer):
             processes.receive(child)
-        time.sleep(0.3)
+        time.sleep(0.3)  # until the daemon knows the subscriptions
         with PauseWatch() as pauses:
             processes.resume(writer)
-            first = processes.receive(writer)["first"]
-        time.sleep(0.2)
+            begin_s = processes.receive(writer)["first"]
+        time.sleep(0.2)  # until the readers have the last update
         for child in children:
             processes.resume(child)
         results = [processes.receive(child) for child in children]
     finally:
         processes.end()
-    delays = [delay for result in results for delay in result["delays"]]
-    last = max(result["last"] for result in results)
-    rate = len(results[0]["delays"]) / (last - first)
+    delays_us = [delay for result in results for delay in result["delays"]]
+    last_s = max(result["last"] for result in results)
+    rate = len(results[0]["delays"]) / (last_s - begin_s)
     skipped = sum(result["skipped"] for result in results)
     if mode == "paced" and (skipped or pauses.longest_s > REPORTED_PAUSE_S):
-        print(f"{kind}: {skipped} conflated, the machine paused for {pauses.longest_s:.2f} s")
-    return delays, rate, skipped
+        print(f"{rival}: {skipped} conflated, the machine paused for {pauses.longest_s:.2f} s")
+    return delays_us, rate, skipped
 
 
-def trips(kind: str, folder: str) -> list[float]:
+def measure_trips(rival: str, folder: str) -> list[float]:
     """Return the times of message round trips in microseconds."""
-    processes = Processes(kind, "ipc", folder)
+    processes = Processes(rival, "ipc", folder)
     try:
         processes.receive(processes.start("worker"))
-        times: list[float] = processes.receive(processes.start("asker"))
-        return times
+        times_us: list[float] = processes.receive(processes.start("asker"))
+        return times_us
     finally:
         processes.end()
 
 
-def idle(folder: str) -> None:
+def measure_idle(folder: str) -> None:
     """Print the processor time and memory of an idle daemon with ten clients."""
     processes = Processes("ours", "ipc", folder)
     try:
@@ -416,14 +427,19 @@ def idle(folder: str) -> None:
 
 
 def main(rounds: int = 2) -> None:
-    """Measure in a number of rounds."""
+    """Print the figures of each round."""
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as folder:
         for transport in ("ipc", "tcp"):
             pairs = []
             for _ in range(rounds):
-                pair = [updates(rival, transport, folder, READERS, "paced")[0] for rival in ("ours", "bare")]
-                pairs.append([(percentile(delays, 0.5), percentile(delays, 0.99)) for delays in pair])
+                pair = [
+                    measure_updates(rival, transport, folder, READERS, "paced")[0]
+                    for rival in ("ours", "bare")
+                ]
+                pairs.append(
+                    [(percentile(delays_us, 0.5), percentile(delays_us, 0.99)) for delays_us in pair]
+                )
             for ours, bare in pairs:
                 print(
                     f"{transport} {READERS} readers {RATE_HZ} Hz: p50 {ours[0]:.0f}, p99 {ours[1]:.0f} us; "
@@ -433,16 +449,16 @@ def main(rounds: int = 2) -> None:
             print(f"{transport} ratio of the p50: {ratio:.2f} (limit 2)")
         for _ in range(rounds):
             (_, ours_rate, skipped), (_, bare_rate, _) = (
-                updates(kind, "ipc", folder, 1, "burst") for kind in ("ours", "bare")
+                measure_updates(rival, "ipc", folder, 1, "burst") for rival in ("ours", "bare")
             )
             print(f"ipc updates a second: {ours_rate:.0f} ({skipped} conflated); bare {bare_rate:.0f}")
         for _ in range(rounds):
-            ours_trips, bare_trips = trips("ours", folder), trips("bare", folder)
+            ours_trips, bare_trips = measure_trips("ours", folder), measure_trips("bare", folder)
             print(
                 f"ipc message and answer: p50 {percentile(ours_trips, 0.5):.0f} us, p99 "
                 f"{percentile(ours_trips, 0.99):.0f} us; bare p50 {percentile(bare_trips, 0.5):.0f} us"
             )
-        idle(folder)
+        measure_idle(folder)
 
 
 if __name__ == "__main__":

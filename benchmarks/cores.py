@@ -22,15 +22,15 @@ DOMAIN_FILES = {
 
 
 def has_fawkes() -> bool:
-    """Return whether the original core is available; otherwise print the reason."""
-    if "FAWKES_DIR" in os.environ:
-        return True
-    print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")
-    return False
+    """Return whether the original core is available."""
+    return "FAWKES_DIR" in os.environ
 
 
 def core_folders(core: str) -> tuple[Path, Path]:
-    """Return the folders of a core's host library and of the core itself."""
+    """Return the folders of the host library and of the core itself.
+
+    :param core: ``fawkes`` or ``builtin``.
+    """
     if core == "builtin":
         return CORE_DIR / "host", CORE_DIR / "cx"
     plugins = Path(os.environ["FAWKES_DIR"]) / "src" / "plugins"
@@ -38,10 +38,13 @@ def core_folders(core: str) -> tuple[Path, Path]:
 
 
 def make_environment(core: str, *extra: str) -> ClipsEnvironment:
-    """Make an environment with a core's domain files and ``extra`` of its files, named without ``.clp``."""
+    """Make an environment with a core's domain files and ``extra`` of its files, named without ``.clp``.
+
+    :raises SystemExit: if a file cannot be read.
+    """
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
-    host, files = core_folders(core)
-    for path in [host / name for name in HOST_FILES] + [files / name for name in DOMAIN_FILES[core] + extra]:
+    host, cx = core_folders(core)
+    for path in [host / name for name in HOST_FILES] + [cx / name for name in DOMAIN_FILES[core] + extra]:
         if not env.batch(path.with_name(path.name + ".clp")):
             sys.exit(f"{path}.clp cannot be read")
     return env

@@ -29,6 +29,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
 from cxbridge.blackboard.errors import BlackBoardError
@@ -37,7 +38,7 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.instance import Interface, Message
 
-HEARTBEAT_S = 0.1
+HEARTBEAT_S = 0.1  # short, so that the daemon soon releases stopped processes
 TYPE, ID = "SkillerInterface", "contested"
 PAYLOAD_LENGTH = 900  # characters of a payload without its checksum
 
@@ -53,6 +54,13 @@ class Journal:
         os.write(self._fd, (" ".join(str(word) for word in words) + "\n").encode())
 
 
+class Write(NamedTuple):
+    """A write: the writer's process id, and the number of the write from 1."""
+
+    pid: int
+    number: int
+
+
 def payload(pid: int, number: int) -> str:
     """Return ``pid:number:``, repeated, and its checksum, so that mixed texts are detected."""
     unit = f"{pid}:{number}:"
@@ -60,17 +68,17 @@ def payload(pid: int, number: int) -> str:
     return f"{text}|{zlib.crc32(text.encode()):08x}"
 
 
-def parse(text: str) -> tuple[int, int] | None:
-    """Return the writer and the number of a payload; None for a mixed payload."""
+def parse(text: str) -> Write | None:
+    """Return the write of a payload; None for a mixed payload."""
     body, _, checksum = text.partition("|")
     if f"{zlib.crc32(body.encode()):08x}" != checksum:
         return None
     pid, number, _ = body.split(":", 2)
-    return int(pid), int(number)
+    return Write(int(pid), int(number))
 
 
 def connect(url: str, name: str) -> ZmqBlackBoard:
-    """Connect, and wait until the daemon is available."""
+    """Connect a client with this name; try again until the daemon is available."""
     while True:
         try:
             return ZmqBlackBoard(url, InterfaceRegistry(), RealClock(), name=name, timeout=2.0)
@@ -81,33 +89,36 @@ def connect(url: str, name: str) -> ZmqBlackBoard:
 # -- the roles
 
 
-class _WriteRecorder(Listener):
-    """Records each write at the daemon."""
+class _WriteReferee(Listener):
+    """Checks each write at the daemon, and notes violations."""
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
 
     def data_refreshed(self, interface: Interface) -> None:
         interface.read()
-        seen = parse(interface.get("skill_string"))
-        if seen is None:
+        written = parse(interface.get("skill_string"))
+        if written is None:
             self._journal.note("violation torn at the daemon")
-        elif str(seen[0]) != interface.writer:
-            self._journal.note("violation", seen[0], "wrote while the writer is", interface.writer)
+        elif str(written.pid) != interface.writer:
+            self._journal.note("violation", written.pid, "wrote while the writer is", interface.writer)
 
 
 def daemon(url: str, journal: Journal) -> None:
     """Serve, and check that only the writer writes."""
     board = LocalBlackBoard(InterfaceRegistry(), RealClock())
     reader = board.open_for_reading(TYPE, ID, owner="referee")
-    board.register_listener(_WriteRecorder(journal), reader, EventKind.DATA_REFRESHED)
+    board.register_listener(_WriteReferee(journal), reader, EventKind.DATA_REFRESHED)
     with ZmqBlackBoardServer(board, [url], heartbeat=HEARTBEAT_S):
         journal.note("serving")
         signal.pause()
 
 
 class _MessageRecorder(Listener):
-    """Records messages before their acknowledgement."""
+    """Records messages before their acknowledgement.
+
+    A message comes twice, to the listener and from the queue, in two threads: it is recorded once.
+    """
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
@@ -137,7 +148,7 @@ class _MessageRecorder(Listener):
 
 
 def writer(url: str, journal: Journal) -> None:
-    """Write whenever the process can open the writer."""
+    """Write for a random time whenever the process can open the writer; receive messages meanwhile."""
     board = connect(url, "writer")
     recorder = _MessageRecorder(journal)
     number = 0
@@ -164,23 +175,23 @@ def writer(url: str, journal: Journal) -> None:
 
 
 def reader(url: str, journal: Journal) -> None:
-    """Check the read data, and send messages."""
+    """Check the read blocks, and send a message after 20 reads."""
     board = connect(url, "reader")
     instance = board.open_for_reading(TYPE, ID, owner="reader")
-    newest: Counter[int] = Counter()
+    newest: Counter[int] = Counter()  # the number of the newest write by process id
     message_number = reads = 0
     noted = time.monotonic()
     while True:
         for _ in range(20):
             reads += 1
             if instance.read():
-                seen = parse(instance.get("skill_string"))
-                if seen is None:
+                write = parse(instance.get("skill_string"))
+                if write is None:
                     journal.note("violation torn")
-                elif seen[1] < newest[seen[0]]:
-                    journal.note("violation", seen, "after", newest[seen[0]])
+                elif write.number < newest[write.pid]:
+                    journal.note("violation", tuple(write), "after", newest[write.pid])
                 else:
-                    newest[seen[0]] = seen[1]
+                    newest[write.pid] = write.number
             time.sleep(0.0005)
         message_number += 1
         message = instance.create_message("ExecSkillMessage")
@@ -203,11 +214,11 @@ ROLES: dict[str, Callable[[str, Journal], None]] = {"daemon": daemon, "writer": 
 
 
 class Processes:
-    """The processes, by their roles with numbers."""
+    """The processes, by names: a role and a number, such as ``writer2``."""
 
     def __init__(self, url: str, folder: Path, roles: list[str]) -> None:
         self._url, self._folder = url, folder
-        self.processes = {f"{role}{index}": self._start(role) for index, role in enumerate(roles)}
+        self.by_name = {f"{role}{index}": self._start(role) for index, role in enumerate(roles)}
 
     def _start(self, role: str) -> subprocess.Popen[bytes]:
         log = (self._folder / "stderr.txt").open("ab")
@@ -217,48 +228,52 @@ class Processes:
 
     def kill(self, name: str) -> None:
         """Kill a process, and wait for its end."""
-        process = self.processes[name]
+        process = self.by_name[name]
         process.kill()
         process.wait()
 
     def restart(self, name: str) -> None:
         """Kill a process, and start one with the same role."""
         self.kill(name)
-        self.processes[name] = self._start(name.rstrip("0123456789"))
+        self.by_name[name] = self._start(name.rstrip("0123456789"))
 
     def freeze(self, name: str, seconds: float) -> None:
         """Stop a process for some seconds."""
-        process = self.processes[name]
+        process = self.by_name[name]
         process.send_signal(signal.SIGSTOP)
         time.sleep(seconds)
         process.send_signal(signal.SIGCONT)
 
     def stop_all_but(self, role: str) -> None:
         """Stop the processes of all other roles."""
-        for name, process in self.processes.items():
+        for name, process in self.by_name.items():
             if not name.startswith(role):
                 process.send_signal(signal.SIGSTOP)
 
     def kill_all_but(self, role: str) -> None:
         """Kill the processes of all other roles."""
-        for name in self.processes:
+        for name in self.by_name:
             if not name.startswith(role):
                 self.kill(name)
 
     def end(self) -> None:
         """Kill all processes."""
-        for name in self.processes:
+        for name in self.by_name:
             self.kill(name)
 
 
-def disturb(processes: Processes, seconds: float, rng: random.Random, pause: float) -> Counter[str]:
-    """Kill and stop processes at random; return the number of each operation."""
+def disturb(processes: Processes, seconds: float, rng: random.Random, max_pause_s: float) -> Counter[str]:
+    """Kill and stop processes at random; return the number of operations by signal and role.
+
+    :param max_pause_s: the longest pause between two operations.
+    """
     operations: Counter[str] = Counter()
     until = time.monotonic() + seconds
     while time.monotonic() < until:
-        time.sleep(rng.uniform(0.3, 1.0) * pause)
+        time.sleep(rng.uniform(0.3, 1.0) * max_pause_s)
+        # each client is twice as likely as the daemon
         name = rng.choice(
-            [name for name in processes.processes if not name.startswith("daemon")] * 2 + ["daemon0"]
+            [name for name in processes.by_name if not name.startswith("daemon")] * 2 + ["daemon0"]
         )
         if rng.random() < 0.5:
             processes.restart(name)
@@ -270,7 +285,12 @@ def disturb(processes: Processes, seconds: float, rng: random.Random, pause: flo
 
 
 def check_end(url: str, processes: Processes) -> list[str]:
-    """Check that no writer is left after the end of all processes, and that the board works."""
+    """Check that the daemon releases a stopped writer, and that a write then reaches a reader.
+
+    Stops and kills all processes except the daemon.
+
+    :returns: the faults; empty if the checks succeed.
+    """
     faults = []
     with connect(url, "check") as board:
 
@@ -285,18 +305,18 @@ def check_end(url: str, processes: Processes) -> list[str]:
         processes.stop_all_but("daemon")
         stopped = time.monotonic()
         while has_writer():
-            if time.monotonic() - stopped > 20 * HEARTBEAT_S:
+            if time.monotonic() - stopped > 20 * HEARTBEAT_S:  # 2.5 on a machine that is not busy
                 return ["a stopped writer was not released"]
             time.sleep(0.001)
         released = (time.monotonic() - stopped) / HEARTBEAT_S
         print(f"the last writer was released {released:.1f} heartbeats after its stop")
         processes.kill_all_but("daemon")
-        with board.open_for_reading(TYPE, ID) as seen, connect(url, "last") as other:
-            own = other.open_for_writing(TYPE, ID, owner=str(os.getpid()))
-            own.set("skill_string", payload(os.getpid(), 1))
-            own.write()
+        with board.open_for_reading(TYPE, ID) as instance, connect(url, "last") as other_board:
+            last_writer = other_board.open_for_writing(TYPE, ID, owner=str(os.getpid()))
+            last_writer.set("skill_string", payload(os.getpid(), 1))
+            last_writer.write()
             deadline = time.monotonic() + 2
-            while not (seen.read() and parse(seen.get("skill_string")) == (os.getpid(), 1)):
+            while not (instance.read() and parse(instance.get("skill_string")) == (os.getpid(), 1)):
                 if time.monotonic() > deadline:
                     faults.append("a write does not reach a reader in two seconds")
                     break
@@ -305,44 +325,45 @@ def check_end(url: str, processes: Processes) -> list[str]:
 
 
 class History:
-    """The history in the journals of all processes."""
+    """The history in the journals of all processes: records, messages and faults."""
 
     def __init__(self) -> None:
         self.faults: list[str] = []
         self.counts: Counter[str] = Counter()
+        """The numbers of records by their first word; for ``reads`` the number of reads."""
         self.taken: set[tuple[str, str]] = set()
         self.acknowledged: set[tuple[str, str]] = set()
-        """The acknowledged messages as (sender, number), like those of ``taken``."""
+        """The acknowledged messages as sender and number, like the received messages in ``taken``."""
 
     def add(self, journal: Path) -> None:
-        """Read a journal."""
-        last: dict[str, int] = {}
+        """Add the records of a journal, and its faults."""
+        last_numbers: dict[str, int] = {}  # of received messages by sender
         for line in journal.read_text().splitlines():
-            word, *rest = line.split()
-            self.counts[word] += int(rest[0]) if word == "reads" else 1
+            word, *values = line.split()
+            self.counts[word] += int(values[0]) if word == "reads" else 1
             if word == "violation":
                 self.faults.append(f"{journal.name}: {line}")
             elif word == "acknowledged":
-                self.acknowledged.add((rest[0], rest[1]))
+                self.acknowledged.add((values[0], values[1]))
             elif word == "took":
-                self._took(journal.name, last, rest[0], rest[1])
+                self._add_taken(journal.name, last_numbers, values[0], values[1])
 
-    def _took(self, name: str, last: dict[str, int], sender: str, number: str) -> None:
+    def _add_taken(self, name: str, last_numbers: dict[str, int], sender: str, number: str) -> None:
         if (sender, number) in self.taken:
             self.faults.append(f"{name}: took {sender} {number} again")
-        elif int(number) <= last.get(sender, 0):
-            self.faults.append(f"{name}: took {sender} {number} after {last[sender]}")
+        elif int(number) <= last_numbers.get(sender, 0):
+            self.faults.append(f"{name}: took {sender} {number} after {last_numbers[sender]}")
         self.taken.add((sender, number))
-        last[sender] = int(number)
+        last_numbers[sender] = int(number)
 
     def check_taken(self) -> None:
-        """Find acknowledged messages that the writer has not received."""
-        for key in sorted(self.acknowledged - self.taken):
-            self.faults.append(f"acknowledged message {' '.join(key)} was lost")
+        """Add a fault for each acknowledged message that no writer has received."""
+        for sender, number in sorted(self.acknowledged - self.taken):
+            self.faults.append(f"acknowledged message {sender} {number} was lost")
 
 
 def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
-    """Check the journals; return the faults, and the numbers of checked records.
+    """Check the journals; return the faults, and the numbers of records by their first word.
 
     A writer listens before it is open, and notes a message before the acknowledgement. So no acknowledged
     message may be missing.
@@ -355,9 +376,9 @@ def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
 
 
 def run(
-    seconds: float, *, writers: int = 3, readers: int = 2, seed: int = 1, pause: float = 1.0
+    seconds: float, *, writers: int = 3, readers: int = 2, seed: int = 1, max_pause_s: float = 1.0
 ) -> list[str]:
-    """Run the processes with random kills and stops; return the faults."""
+    """Run the processes with random kills and stops; return the faults, empty if every claim holds."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         url = f"ipc://{folder}/board"
@@ -365,8 +386,8 @@ def run(
         try:
             with connect(url, "start"):
                 pass
-            operations = disturb(processes, seconds, random.Random(seed), pause)
-            time.sleep(1.0)
+            operations = disturb(processes, seconds, random.Random(seed), max_pause_s)
+            time.sleep(1.0)  # the last restarted process begins its work
             faults = check_end(url, processes)
         finally:
             processes.end()
@@ -381,7 +402,10 @@ def run(
 
 
 def main() -> None:
-    """Run for the seconds of the command line (60), or run a role as a child process."""
+    """Run for the seconds of the command line, by default 60, or run a role as a child process.
+
+    The exit status is 1 if a claim does not hold.
+    """
     if len(sys.argv) > 2:
         role, url, folder = sys.argv[1:4]
         ROLES[role](url, Journal(Path(folder), role))

@@ -2,11 +2,11 @@
 
 ``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
-A pair is a problem and its domain: ``domain.pddl``, or the domain of that name in the folder, the
-folder above or ``domains``. PROGRAM is VAL's ``Validate``. It prints a line of JSON for each pair, then the
-table of docs/planning.md: for each kind of needs the numbers of pairs, of read and of planned ones, the
-engines and the median time.
-With ``--draw`` the pairs are drawn at random, each time the same ones of the same folders.
+A pair is a problem and the file of its domain. That file has the name of the domain that the problem states,
+and is in the folder of the problem, in the folder above, or in the folder ``domains`` there. PROGRAM is VAL's
+``Validate``. The output is a line of JSON for each pair, then the table of docs/planning.md: for each kind of
+needs the numbers of pairs, of pairs that are read and of pairs with a plan, the engines and the median time.
+With ``--draw`` the pairs are drawn at random; the same folders give the same pairs.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from cxbridge_planning import PlanningService, PlanRequest, PlanStatus
 from cxbridge_planning.needs import Need, problem_needs
 from cxbridge_planning.registry import AUTO, choose_planners
 
-_SEED = 33
+_SEED = 33  # chosen freely
 _HEAD = 5000
-"""The number of characters of a file that may contain its names."""
+"""The number of characters at the start of a file among which its names are looked for."""
 _DIGITS = re.compile(r"\d+")
 _NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
 
 
 def find_pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
-    """Yield domains and problems, at most ``most`` of each folder."""
+    """Yield the files of domain and problem of each pair, at most ``most`` pairs of a folder."""
     for folder in folders:
-        found: Counter[Path] = Counter()
+        pair_counts: Counter[Path] = Counter()
         for path in sorted(folder.rglob("*.pddl"), key=_number_key):
             names = _read_names(path)
             domain = _domain_of(path, names.get(":domain", "")) if "problem" in names else None
-            if domain is not None and found[path.parent] < most:
-                found[path.parent] += 1
+            if domain is not None and pair_counts[path.parent] < most:
+                pair_counts[path.parent] += 1
                 yield domain, path
 
 
@@ -61,10 +61,13 @@ def _read_names(path: Path) -> dict[str, str]:
 
 
 def _domain_of(problem: Path, name: str) -> Path | None:
-    """Return the file of a problem's domain, given the name of the domain."""
+    """Return the file of the domain with this name for a problem; None without such a file.
+
+    Of several files, one with the problem's number is preferred, then ``domain.pddl``.
+    """
     number = _DIGITS.findall(problem.stem)
-    places = [problem.parent, problem.parent.parent, problem.parent.parent / "domains"]
-    candidates = [path for place in places if place.is_dir() for path in sorted(place.glob("*.pddl"))]
+    folders = [problem.parent, problem.parent.parent, problem.parent.parent / "domains"]
+    candidates = [path for folder in folders if folder.is_dir() for path in sorted(folder.glob("*.pddl"))]
     fitting = [path for path in candidates if _read_names(path).get("domain") == name and path != problem]
     # instance-5 of domain-5, p05-airport2-p1 of p05-domain
     numbered = [path for path in fitting if (own := _DIGITS.findall(path.stem)) and number[: len(own)] == own]
@@ -73,20 +76,26 @@ def _domain_of(problem: Path, name: str) -> Path | None:
 
 
 def classify(needs: dict[Need, str]) -> str:
-    """Return the row of the table for a problem."""
+    """Return the kind of a problem, which is its row in the table."""
     if Need.TIME in needs:
         return "durative actions, numbers" if Need.NUMBERS in needs else "durative actions"
     if Need.NUMBERS in needs:
         return "numbers"
     if Need.COSTS in needs:
         return "costs"
+    # in this table, STRIPS includes subtypes, negative conditions and equality
     return "ADL" if needs.keys() - {Need.HIERARCHY, Need.NEGATION, Need.EQUALITY} else "STRIPS"
 
 
 def measure(
-    domain_file: Path, problem_file: Path, seconds: float, validate: str, *, engines: bool
+    domain_file: Path, problem_file: Path, timeout: float, validate: str, *, tries_engines: bool
 ) -> dict[str, Any]:
-    """Return the result of a pair."""
+    """Return the result of a pair, as the fields of its line of JSON.
+
+    :param timeout: the time for each plan in seconds.
+    :param validate: the program Validate; empty without validation.
+    :param tries_engines: whether each engine plans alone if ``auto`` fails or takes too long.
+    """
     row: dict[str, Any] = {"domain": str(domain_file), "problem": str(problem_file)}
     try:
         domain = load_domain(domain_file)
@@ -95,42 +104,38 @@ def measure(
         names = [planner.name for planner in choose_planners(AUTO, domain, problem).planners]
     except (CxbridgeError, RecursionError) as error:
         return {**row, "error": str(error)}
-    for name in (AUTO, *(names if engines else ())):
+    for name in (AUTO, *(names if tries_engines else ())):
         begin = time.monotonic()
         with PlanningService(at_once=1) as service:
-            result = service.plan(PlanRequest(domain, problem, name, timeout=seconds))
+            result = service.plan(PlanRequest(domain, problem, name, timeout=timeout))
         row[name] = result.status.value
         if result.status is PlanStatus.PLANNED:
             row |= {"engine": result.planner, "seconds": round(time.monotonic() - begin, 2)}
             row |= {"steps": len(result.actions), "why": result.why}
             if validate:
                 text = "".join(f"{step}\n" for step in result.actions)
-                row["valid"] = _is_valid(validate, domain_file, problem_file, text)
+                row["valid"] = _validate(validate, domain_file, problem_file, text)
         else:
             row[f"{name} says"] = result.message[:400]
-        if (
-            result.status is not PlanStatus.TIMEOUT
-            and name == AUTO
-            and result.status is not PlanStatus.FAILED
-        ):
-            break
+        if name == AUTO and result.status not in (PlanStatus.TIMEOUT, PlanStatus.FAILED):
+            break  # a plan, or the proof that there is none
     return row
 
 
-def _is_valid(program: str, domain: Path, problem: Path, plan: str) -> bool | None:
-    """Return whether VAL accepts a plan; None if VAL cannot read domain or problem."""
+def _validate(program: str, domain: Path, problem: Path, plan: str) -> bool | None:
+    """Return True if VAL accepts a plan, False if not, None if VAL cannot read domain or problem."""
     with tempfile.NamedTemporaryFile("w", suffix=".plan") as file:
         file.write(plan)
         file.flush()
         command = [program, "-t", "0.001", str(domain), str(problem), file.name]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
-    if "Problem in domain" in done.stdout or "Bad problem" in done.stdout:
+        process = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    if "Problem in domain" in process.stdout or "Bad problem" in process.stdout:
         return None
-    return "Plan valid" in done.stdout
+    return "Plan valid" in process.stdout
 
 
 def table_lines(rows: list[dict[str, Any]]) -> Iterator[str]:
-    """Yield the lines of the table."""
+    """Yield the lines of the table, in Markdown, for the results of pairs."""
     yield "| needs | pairs | read | planned | by `auto` | no plan | engines of `auto` | median | VAL: valid |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     for kind in sorted({row.get("kind", "not read") for row in rows}):
@@ -138,20 +143,31 @@ def table_lines(rows: list[dict[str, Any]]) -> Iterator[str]:
         read = [row for row in of_kind if "error" not in row]
         by_auto = [row for row in read if row.get(AUTO) == "PLANNED"]
         by_any = [row for row in read if "engine" in row]
-        none = [row for row in read if row.get(AUTO) == "NO-PLAN"]
+        without_plan = [row for row in read if row.get(AUTO) == "NO-PLAN"]
         engines = ", ".join(
             f"{name} {n}" for name, n in Counter(row["engine"] for row in by_auto).most_common()
         )
         median = f"{statistics.median(row['seconds'] for row in by_auto):.1f} s" if by_auto else ""
         valid = f"{sum(row.get('valid') is True for row in by_any)}"
+        # a row without a plan or without validation has no `valid`
         unread = sum(row.get("valid", False) is None for row in by_any)
         valid += f", {unread} not read" if unread else ""
-        cells = (kind, len(of_kind), len(read), len(by_any), len(by_auto), len(none), engines, median, valid)
+        cells = (
+            kind,
+            len(of_kind),
+            len(read),
+            len(by_any),
+            len(by_auto),
+            len(without_plan),
+            engines,
+            median,
+            valid,
+        )
         yield f"| {' | '.join(map(str, cells))} |"
 
 
 def main() -> None:
-    """Measure."""
+    """Print the result of each pair, then the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--most", type=int, default=1, help="pairs of a folder")
@@ -166,7 +182,9 @@ def main() -> None:
     if 0 < options.draw < len(chosen):
         chosen = random.Random(_SEED).sample(chosen, options.draw)
     for domain, problem in chosen:
-        rows.append(measure(domain, problem, options.timeout, options.validate, engines=options.engines))
+        rows.append(
+            measure(domain, problem, options.timeout, options.validate, tries_engines=options.engines)
+        )
         print(json.dumps(rows[-1]), flush=True)
         if options.output:
             options.output.write_text("\n".join(map(json.dumps, rows)) + "\n")

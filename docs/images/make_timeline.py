@@ -28,8 +28,8 @@ DESK = {"width": 1280, "height": 800}
 FILM = {"width": 960, "height": 620}
 PHONE = {"width": 390, "height": 844}
 FRAMES_PER_SECOND = 6
-FILM_S = 13
-MOST_BYTES = 1_000_000
+FILM_S = 13  # a bit more than the run takes
+MAX_FILM_BYTES = 1_000_000  # the README loads the film
 CONFIG = """%YAML 1.2
 %TAG ! tag:fawkesrobotics.org,cfg/
 ---
@@ -43,8 +43,8 @@ def cxbridge(*arguments: object) -> None:
     subprocess.run([sys.executable, "-m", "cxbridge", *map(str, arguments)], check=True, cwd=ROOT)
 
 
-def recorded(folder: Path, scenario: str) -> Path:
-    """Return the recording of a run."""
+def record(folder: Path, scenario: str) -> Path:
+    """Run a scenario, and return the recording."""
     path = folder / f"{scenario}.mcap"
     cxbridge("run", f"scenarios/{scenario}", "--trace", path, "--trace-level", "facts")
     return path
@@ -52,9 +52,9 @@ def recorded(folder: Path, scenario: str) -> Path:
 
 @contextmanager
 def daemon(folder: Path, scenario: str) -> Iterator[str]:
-    """Run a daemon, and yield the address of its page."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    """Run a daemon, and yield the address of its page when the page can be loaded."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:  # finds a free port
+        port = listener.getsockname()[1]
     config = folder / "web.yaml"
     config.write_text(CONFIG.format(port=port), encoding="utf-8")
     command = [sys.executable, "-m", "cxbridge", "daemon", "start", f"scenarios/{scenario}"]
@@ -76,7 +76,10 @@ def daemon(folder: Path, scenario: str) -> Iterator[str]:
 
 
 def film(browser: Any, folder: Path) -> None:
-    """Film the page while goals come and go; then look at what failed, and why."""
+    """Film the page while goals come and go; then open the goal that has failed by its timeout.
+
+    :raises SystemExit: if the film is too large in each quality.
+    """
     from PIL import Image
 
     shots: list[bytes] = []
@@ -97,7 +100,7 @@ def film(browser: Any, folder: Path) -> None:
         tab.close()
     frames = [Image.open(io.BytesIO(shot)).convert("RGB") for shot in shots]
     path = HERE / "timeline.webp"
-    for quality in (80, 60, 40, 20):
+    for quality in (80, 60, 40, 20):  # the first with which the file is small enough
         frames[0].save(
             path,
             save_all=True,
@@ -108,39 +111,40 @@ def film(browser: Any, folder: Path) -> None:
             method=4,
             minimize_size=True,
         )
-        if path.stat().st_size < MOST_BYTES:
+        if path.stat().st_size < MAX_FILM_BYTES:
             return
-    raise SystemExit(f"{path} is larger than {MOST_BYTES} bytes")
+    raise SystemExit(f"{path} is larger than {MAX_FILM_BYTES} bytes")
 
 
-def reports(browser: Any, folder: Path) -> None:
+def take_reports(browser: Any, folder: Path) -> None:
     """Take the pictures of reports."""
     for scenario in ("two-robots", "test-scenario"):
-        cxbridge("trace", "report", recorded(folder, scenario), "-o", folder / f"{scenario}.html")
+        cxbridge("trace", "report", record(folder, scenario), "-o", folder / f"{scenario}.html")
     two = (folder / "two-robots.html").as_uri()
     test = (folder / "test-scenario.html").as_uri()
-    picture(browser, two, "page-light")
-    picture(browser, f"{test}#/timeline/goal/gen18", "page-dark", color_scheme="dark")
-    picture(browser, test, "page-phone", viewport=PHONE)
+    take_picture(browser, two, "page-light")
+    take_picture(browser, f"{test}#/timeline/goal/gen18", "page-dark", color_scheme="dark")
+    take_picture(browser, test, "page-phone", viewport=PHONE)
 
 
-def picture(browser: Any, url: str, name: str, **options: Any) -> None:
-    """Take one picture."""
+def take_picture(browser: Any, url: str, name: str, **options: Any) -> None:
+    """Take the picture of a page with a timeline; the options are those of the browser's page."""
     tab = browser.new_page(**({"viewport": DESK} | options))
     tab.goto(url)
     tab.wait_for_selector(".tl [role=treeitem]")
-    tab.wait_for_timeout(1000)
+    tab.wait_for_timeout(1000)  # long enough to draw the timeline
     tab.screenshot(path=HERE / f"{name}.png")
     tab.close()
 
 
-def exploration(browser: Any, folder: Path) -> None:
-    """Take the picture of the map of an exploration."""
+def take_exploration(browser: Any, folder: Path) -> None:
+    """Take the picture of the map of an exploration, with runs that violate a property."""
     page = folder / "map.html"
-    broken = "never (goal (mode FINISHED) (outcome FAILED) (class TALK))"
-    options = ["--property", broken, "--out", folder / "out", "--html", page]
+    violated_property = "never (goal (mode FINISHED) (outcome FAILED) (class TALK))"
+    options = ["--property", violated_property, "--out", folder / "out", "--html", page]
     command = [sys.executable, "-m", "cxbridge", "explore", "scenarios/test-scenario", *options]
-    subprocess.run([str(each) for each in command], check=False, cwd=ROOT, stdout=subprocess.DEVNULL)
+    # not checked, because a violated property is an exit status
+    subprocess.run(list(map(str, command)), check=False, cwd=ROOT, stdout=subprocess.DEVNULL)
     tab = browser.new_page(viewport=DESK)
     tab.goto(page.as_uri())
     tab.wait_for_selector("svg.runs")
@@ -148,21 +152,21 @@ def exploration(browser: Any, folder: Path) -> None:
     tab.close()
 
 
-PARTS: dict[str, Callable[[Any, Path], None]] = {
+PICTURES: dict[str, Callable[[Any, Path], None]] = {
     "timeline": film,
-    "reports": reports,
-    "exploration": exploration,
+    "reports": take_reports,
+    "exploration": take_exploration,
 }
 
 
 def main(names: list[str]) -> None:
-    """Take those pictures, or all."""
+    """Make the named pictures; all pictures without a name."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright, TemporaryDirectory() as folder:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-        for name in names or PARTS:
-            PARTS[name](browser, Path(folder))
+        for name in names or PICTURES:
+            PICTURES[name](browser, Path(folder))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from tests.support import many
 
 def test_killed_and_stopped_processes_lose_no_messages():
     seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(6, 2)))
-    assert run(seconds, writers=2, readers=1, pause=0.6) == []
+    assert run(seconds, writers=2, readers=1, max_pause_s=0.6) == []
 
 
 READER = "reads 5\nacknowledged 7 1\nacknowledged 7 2\n"
