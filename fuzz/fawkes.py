@@ -16,7 +16,7 @@ _MAX_BLOCK_SIZE: Final = 4096  # bytes of the largest block that the client may 
 
 
 def fawkes_seeds() -> Iterator[bytes]:
-    """Yield inputs of :func:`fawkes_stream`: frames of each kind, and two streams with an invalid frame."""
+    """Yield inputs of :func:`fawkes_stream`: frames of each kind, and two invalid frames."""
     from tests.support import TEST_FOLDERS  # noqa: PLC0415 - tests may be absent
 
     sys.path += TEST_FOLDERS  # the folder of the next import
@@ -37,6 +37,7 @@ def fawkes_stream(data: bytes) -> None:
 
     :param data: a byte, then the stream. The lowest bit of the byte is 1 if a server reads the stream, 0 if a
         client reads it; the other bits are the size of the pieces minus one.
+    :raises AssertionError: if pieces give other frames, the decoder stores too much, or a message changes.
     """
     if not data:
         return

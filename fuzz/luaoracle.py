@@ -33,17 +33,18 @@ return calls
 
 
 @cache
-def _lua() -> Any:
-    """Return the Lua function that returns the calls of a text."""
+def _collector() -> Any:
+    """Return the Lua function that executes a text and returns its calls."""
     from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - only skill strings need Lua
 
+    # latin-1, as in `to_lua`; the memory is far more than a skill string of 1000 bytes needs
     lua: Any = LuaRuntime(encoding="latin-1", max_memory=64 * 1024 * 1024)
     return lua.eval(f"function(...) {_COLLECT} end")
 
 
 def lua_calls(text: str) -> list[tuple[str, Any]]:
-    """Return the calls that Lua makes, as names and normalised arguments."""
-    calls = _lua()(to_lua(text))
+    """Return the calls that Lua makes, as names and arguments in the form of :func:`normalise`."""
+    calls = _collector()(to_lua(text))
     return [
         (call["name"], tuple(_plain(call[i]) for i in range(1, int(call["count"]) + 1)))
         for call in calls.values()
@@ -51,14 +52,17 @@ def lua_calls(text: str) -> list[tuple[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of Lua with tables as dictionaries."""
+    """Return a value of Lua, with dictionaries for tables."""
     if hasattr(value, "items"):
         return {key: _plain(item) for key, item in value.items()}
     return value
 
 
 def normalise(value: Any) -> Any:
-    """Return arguments in the form of Lua: texts as bytes, numbers as floats, and no nil in tables."""
+    """Return a value, or the values of a call, in the form of Lua.
+
+    A text has one character for each UTF-8 byte, and a table has no nil.
+    """
     if isinstance(value, tuple):
         return tuple(normalise(item) for item in value)
     if isinstance(value, dict):

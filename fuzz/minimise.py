@@ -1,7 +1,7 @@
 """Minimise a corpus: ``python -m fuzz.minimise TARGET FROM TO``, TARGET as for the fuzzer.
 
-For each path between two lines and each magnitude of its count (one, two, up to four, ...), the shortest
-input with the path is kept. The inputs in TO are candidates as well, and are deleted if they are not needed.
+For each path between two lines and each magnitude of its count (1, 2 to 3, 4 to 7, ...), the shortest input
+with the path is kept. The inputs in TO are candidates as well, and are deleted if they are not needed.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any, Final
 
-import cxbridge
 from fuzz.targets import TARGETS
 
-_TRACED_FOLDER: Final = str(Path(cxbridge.__file__).parent)
+_TRACED_MODULES: Final = "cxbridge"
+"""The beginning of the names of traced modules, which are those of the core and of plug-ins."""
 
 Feature = tuple[CodeType, int, int, int]
 """A piece of code, two successive lines in the code, and the magnitude of their count."""
@@ -29,7 +29,7 @@ def features_of(target: Callable[[bytes], None], data: bytes) -> set[Feature]:
 
     def trace_call(frame: FrameType, event: str, _: Any) -> Any:
         code = frame.f_code
-        if event != "call" or not code.co_filename.startswith(_TRACED_FOLDER):
+        if event != "call" or not frame.f_globals.get("__name__", "").startswith(_TRACED_MODULES):
             return None
         previous_line = 0
 

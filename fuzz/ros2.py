@@ -1,4 +1,4 @@
-"""CDR from nodes of a DDS domain: malformed messages of well-known types."""
+"""Messages of ROS 2 in CDR, the encoding of DDS: malformed messages of well-known types."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TYPES: Final = (
     "plansys2_msgs/msg/ActionExecution",
     "cx_msgs/msg/SkillExecution",
 )
-"""The first byte of an input is the index of a type."""
+"""The types; the first byte of an input is the index of its type, modulo the number of types."""
 
 
 @cache
@@ -34,7 +34,7 @@ def _codec_and_types() -> tuple[Codec, tuple[TypeName, ...]]:
 def ros2_cdr(data: bytes) -> None:
     """Decode a message; an accepted message must survive encoding and decoding.
 
-    :param data: the index of a type, and CDR with its header.
+    :param data: the byte that selects the type, and CDR with its header.
     """
     codec, types = _codec_and_types()
     if not data:
@@ -54,7 +54,7 @@ def ros2_cdr(data: bytes) -> None:
 
 
 def cdr_seeds() -> Iterator[bytes]:
-    """Yield a message of each type, empty and with items in its first list."""
+    """Yield an empty message of each type, and messages with values of five types."""
     codec, types = _codec_and_types()
     for index, type_name in enumerate(types):
         yield bytes([index]) + codec.encode(type_name, {})

@@ -123,20 +123,21 @@ class FuzzedServer:
     def __init__(self) -> None:
         numbers = itertools.count(1)
         self.board = LocalBlackBoard(_REGISTRY, VirtualClock(), serials=lambda: UUID(int=next(numbers)))
+        # room for one session more than there are clients, so that scripts can reach the limit
         self.server: Any = ZmqBlackBoardServer(self.board, ["ipc:///nowhere"], window=_WINDOW, max_sessions=4)
         self.server._epoch = bytes(SERIAL_SIZE)  # noqa: SLF001 - as in start(), without sockets
         self.server._wakeup = cast("Any", _Wakeup())  # noqa: SLF001
         self.server._thread_id = threading.get_ident()  # noqa: SLF001
         self.board.register_observer(self.server)
         self.wire: Any = _Wire()
-        self.local: list[Any] = []
+        self.local_instances: list[Any] = []
         self.generation = [0] * _CLIENT_COUNT
 
     def close(self) -> None:
         """Close all instances and sessions; check that the server is empty."""
-        for instance in self.local:
+        for instance in self.local_instances:
             instance.close()
-        self.local.clear()
+        self.local_instances.clear()
         for session in self.sessions():
             self.server._end_session(session)  # noqa: SLF001
         self.server.run_posted_calls()
@@ -158,7 +159,7 @@ class FuzzedServer:
     # -- steps
 
     def step(self, script: _Script) -> None:
-        """Run a step; foreign exceptions are failures."""
+        """Run a step; an exception that it raises is a failure."""
         action, client_byte = script.byte(), script.byte()
         client = client_byte % _CLIENT_COUNT
         match action % 4:
@@ -170,7 +171,10 @@ class FuzzedServer:
                 self.disturb(action >> 2, client_byte, script)
 
     def request(self, kind: int, client: int, script: _Script) -> None:
-        """Send a frame of a client."""
+        """Send a frame of a client with the next number of its session.
+
+        :param kind: selects the kind of the frame, modulo 8.
+        """
         session = self.server._sessions.get(self.name(client))  # noqa: SLF001
         number = 1 if session is None else session.last_number_received + 1
         frame: Frame
@@ -196,7 +200,10 @@ class FuzzedServer:
         self.handle_message(COMMANDS_PREFIX + self.name(client), [encode(frame)])
 
     def disturb(self, kind: int, client_byte: int, script: _Script) -> None:
-        """Send raw bytes, run an action of the server's process, or let time pass."""
+        """Send raw bytes, run an action of the server's process, or let time pass.
+
+        :param kind: selects one of these, modulo 4.
+        """
         name = self.name(client_byte % _CLIENT_COUNT)
         match kind % 4:
             case 0:
@@ -206,11 +213,12 @@ class FuzzedServer:
                 session = self.server._sessions.get(name)  # noqa: SLF001
                 number = 1 if session is None else session.last_number_received + 1
                 data = script.take()
+                # a data frame ends with its number, which is a single byte in MessagePack up to 127
                 self.handle_message(COMMANDS_PREFIX + name, [data + bytes([number & 127])])
             case 2:
                 self.act_locally(script)
             case _:
-                now = time.monotonic() + script.byte() / 16
+                now = time.monotonic() + script.byte() / 16  # up to 16 seconds later, in fine steps
                 self.server._check_sessions(now, 0.0)  # noqa: SLF001
 
     def say_hello(self, client: int, generation: int, *, replaces: bool) -> None:
@@ -221,7 +229,10 @@ class FuzzedServer:
         self.handle_message(EVENTS_PREFIX + self.name(client), [encode(hello)])
 
     def open_frame(self, script: _Script) -> Open:
-        """Return an Open of a known or an unknown interface."""
+        """Return an Open of a known or an unknown type.
+
+        A byte selects type, id, a wrong hash (bit 7) and whether the instance writes (bit 6).
+        """
         choice = script.byte()
         type_ = _TYPES[choice % len(_TYPES)]
         schema: Any = _REGISTRY.get(type_).SCHEMA if choice % len(_TYPES) < _KNOWN_TYPES else None
@@ -243,10 +254,10 @@ class FuzzedServer:
         return Send(serial, serial, type_, 7, "thread", hops, block, request=1)
 
     def serial(self, session: ZmqSession | None, script: _Script) -> bytes:
-        """Return the serial of an instance of the session, or a foreign serial."""
+        """Return the serial of an instance of the session, or another serial."""
         choice = script.byte()
         own = [] if session is None else list(session.instances)
-        if own and choice < 192:  # noqa: PLR2004 - larger bytes are foreign serials
+        if own and choice < 192:  # noqa: PLR2004 - larger bytes are other serials
             return own[choice % len(own)]
         return UUID(int=choice).bytes
 
@@ -268,14 +279,16 @@ class FuzzedServer:
         """Open, write, send or close an instance in the server's process."""
         choice = script.byte()
         try:
-            if choice % 4 == 0 and len(self.local) < 8:  # noqa: PLR2004 - few, so that a step is fast
+            if choice % 4 == 0 and len(self.local_instances) < 8:  # noqa: PLR2004 - few, so that a step is fast
                 opener = self.board.open_for_writing if choice & 4 else self.board.open_for_reading
-                self.local.append(opener(_TYPES[choice >> 3 & 1], _IDS[choice >> 4 & 1], owner="local"))
-            elif self.local:
-                instance = self.local[choice // 4 % len(self.local)]
+                self.local_instances.append(
+                    opener(_TYPES[choice >> 3 & 1], _IDS[choice >> 4 & 1], owner="local")
+                )
+            elif self.local_instances:
+                instance = self.local_instances[choice // 4 % len(self.local_instances)]
                 if choice % 4 == 1:
                     instance.close()
-                    self.local.remove(instance)
+                    self.local_instances.remove(instance)
                 elif instance.is_writer:
                     instance.mark_data_refreshed()
                     instance.write()
@@ -287,8 +300,8 @@ class FuzzedServer:
             pass  # an expected error, such as a second writer
 
     def forward(self, message: Any) -> None:
-        """Send a message to a writer of the same type, as a proxy does."""
-        for reader in self.local:
+        """Send a message on through the first local reader whose interface has its type, as a proxy does."""
+        for reader in self.local_instances:
             if not reader.is_writer and message.type in reader.MESSAGES:
                 reader.msgq_enqueue(message.copy(), proxy=True)
                 return
@@ -302,7 +315,7 @@ class FuzzedServer:
         for info in self.board.list_all():
             reader_count += info.num_readers
             writer_count += info.has_writer
-        instances = remote + self.local
+        instances = remote + self.local_instances
         assert writer_count == sum(instance.is_writer for instance in instances), "a stale writer, or two"
         assert reader_count == sum(not instance.is_writer for instance in instances), "a stale reader"
         assert len(remote) == sum(
@@ -346,7 +359,7 @@ SCRIPTS: Final = tuple(
          _SEND_RAW, 0, 0, 3, 1, 2, 3, _SEND_NUMBERED, 1, 0, 2, 0xC1, 2),
     )
 )  # fmt: skip
-"""Seeds: a script for each kind of step."""
+"""Seeds: scripts that have all kinds of steps."""
 
 
 def zmq_sessions(data: bytes) -> None:

@@ -67,7 +67,7 @@ class _Robot:
         with tempfile.TemporaryDirectory() as folder:
             for name, text in _LUA_MODULES.items():
                 Path(folder, f"{name}.lua").write_text(text)
-            limits = Limits(memory=32 * MEBIBYTE)
+            limits = Limits(memory=32 * MEBIBYTE)  # a quarter of the default; enough for both skills
             self.skiller = make_lua_skiller(
                 board,
                 self._clock,
@@ -152,6 +152,7 @@ def _check_effects(text: str, status: str, error: str) -> None:
         problem = refusal.message
     if problem:
         assert status == "S_FAILED"
+        # the field has 128 bytes, and cuts the message; a message outside ASCII is not compared
         assert error.isascii() is False or error == problem[: len(error)], f"{text!r}: {error}"
         return
     ours = [(call.name, normalise(call.values)) for call in calls]

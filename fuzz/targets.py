@@ -1,4 +1,4 @@
-"""The targets: each target takes any bytes, and fails by an exception that is not cxbridge's.
+"""The targets: each target takes any bytes, and fails by an exception.
 
 Targets are plain functions for the fuzzer (``python -m fuzz``), and for the tests, which replay its findings.
 """
@@ -26,7 +26,7 @@ def zmq_frame(data: bytes) -> None:
         assert decoded == frame, f"{frame} changed to {decoded}"
 
 
-# targets by the package of the decoder or server, and skill strings
+# targets by their names on the command line
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     "zmq": zmq_frame,
     "zmq-sessions": zmq_sessions,

@@ -28,12 +28,12 @@ function findProgram(command, cwd) {
   return paths.find((candidate) => fs.existsSync(candidate));
 }
 
-/** The configured program: its name, its path (undefined if it is missing) and its working folder. */
+/** The configured program: its name, its path as `command` (undefined if it is missing), its working folder. */
 function configuredProgram(folder) {
-  const command = vscode.workspace.getConfiguration(NAME, folder).get("command", NAME);
+  const name = vscode.workspace.getConfiguration(NAME, folder).get("command", NAME);
   return {
-    name: command,
-    command: findProgram(command, folder?.fsPath),
+    name,
+    command: findProgram(name, folder?.fsPath),
     cwd: folder?.fsPath,
   };
 }
