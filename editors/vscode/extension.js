@@ -28,7 +28,7 @@ function findProgram(command, cwd) {
   return paths.find((candidate) => fs.existsSync(candidate));
 }
 
-/** The configured program: its name, its path as `command` (undefined if it is missing), its working folder. */
+/** The configured program: its name, its path `command` (undefined without a program), its working folder. */
 function configuredProgram(folder) {
   const name = vscode.workspace.getConfiguration(NAME, folder).get("command", NAME);
   return {

@@ -21,7 +21,7 @@ fsm:define_states {export_to = _M, closure = {got_lost = got_lost}, "CHECK", "DR
 fsm:add_transitions {
     {"CHECK", "FAILED", precond = "vars.place == nil", error = "no place given"},
     {"CHECK", "DRIVE", cond = true},
-    {"DRIVE", "ARRIVE", timeout = 1, desc = "driving"},
+    {"DRIVE", "ARRIVE", timeout = 1, desc = "driving"}, -- DRIVE:init replaces this 1
     {"ARRIVE", "FAILED", cond = "got_lost()", error = "did not get there"},
     {"ARRIVE", "FINAL", cond = true, desc = "arrived"},
 }

@@ -23,7 +23,7 @@ fsm:define_states {export_to = _M, closure = {got_stuck = got_stuck}, "CHECK", "
 fsm:add_transitions {
     {"CHECK", "FAILED", precond = "vars.x == nil or vars.y == nil", error = "x and y must be given"},
     {"CHECK", "DRIVE", cond = true},
-    {"DRIVE", "ARRIVE", timeout = 1, desc = "driving"},
+    {"DRIVE", "ARRIVE", timeout = 1, desc = "driving"}, -- DRIVE:init replaces this 1
     {"ARRIVE", "FAILED", cond = "got_stuck()", error = "did not get there"},
     {"ARRIVE", "FINAL", cond = true, desc = "arrived"},
 }

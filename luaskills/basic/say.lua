@@ -16,14 +16,15 @@ Fails without a speech synthesis or a text, when another text is spoken instead,
 
 skillenv.skill_module(_M)
 
-local PATIENCE = 60 -- the loops (2 s) without a reaction after which the message counts as lost
+-- The number of loops without speech after which the message counts as lost: 2 s at 30 loops a second.
+local PATIENCE = 60
 
--- The writer shows the id and the text of the message in execution, and its end by "final". Ids are unique for each
--- sender only: the message of another client may have the same id, and may be spoken first. A state that was shown
--- before our message does not belong to our message.
+-- Return whether the state of the interface belongs to our message. The writer shows the id and the text of
+-- the message in execution, and its end by "final". Ids are unique for each sender only: the message of another
+-- client may have the same id, and may be spoken first. A state from before our message is that of another.
 function is_ours()
-    return voice:msgid() == fsm.vars.order and voice:text() == fsm.vars.ordered
-        and voice:timestamp():in_usec() ~= fsm.vars.before
+    return voice:msgid() == fsm.vars.message_id and voice:text() == fsm.vars.ordered_text
+        and voice:timestamp():in_usec() ~= fsm.vars.time_before
 end
 
 fsm:define_states {
@@ -46,9 +47,9 @@ fsm:add_transitions {
 function ORDER:init()
     local text = tostring(fsm.vars.text or fsm.vars[1])
     local message = voice.SayMessage:new(text)
-    fsm.vars.before = voice:timestamp():in_usec()
-    fsm.vars.ordered = message:text() -- truncated if too long
-    fsm.vars.order = voice:msgq_enqueue_copy(message)
+    fsm.vars.time_before = voice:timestamp():in_usec()
+    fsm.vars.ordered_text = message:text() -- truncated if too long
+    fsm.vars.message_id = voice:msgq_enqueue_copy(message)
     fsm.vars.begun, fsm.vars.silence = false, 0
 end
 

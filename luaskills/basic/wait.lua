@@ -22,7 +22,7 @@ fsm:define_states {export_to = _M, closure = {has_duration = has_duration}, "CHE
 fsm:add_transitions {
     {"CHECK", "FAILED", precond = "not has_duration()", error = "seconds must be a number that is not negative"},
     {"CHECK", "WAIT", cond = true},
-    {"WAIT", "FINAL", timeout = 1, desc = "time is up"},
+    {"WAIT", "FINAL", timeout = 1, desc = "time is up"}, -- WAIT:init replaces this 1
 }
 
 function WAIT:init() self.timeout_time = fsm.vars.seconds or fsm.vars[1] end

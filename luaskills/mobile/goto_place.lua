@@ -25,16 +25,19 @@ local ERRORS = {
     [navigator.ERROR_PATH_GEN_FAIL] = "there is no path",
 }
 
--- Message ids are unique for each sender only: after an equal id of another sender, a moving navigator has accepted ours.
+-- Return whether the navigator has accepted our order. Message ids are unique for each sender only. If the id
+-- before was equal to ours, it was that of another sender: only a navigator that moves has accepted ours.
 function is_taken()
-    return navigator:msgid() == fsm.vars.order and (fsm.vars.before ~= fsm.vars.order or not navigator:is_final())
+    return navigator:msgid() == fsm.vars.message_id
+        and (fsm.vars.id_before ~= fsm.vars.message_id or not navigator:is_final())
 end
 
 -- Message id 0: the navigator has no order.
-function is_ours() return navigator:msgid() == fsm.vars.order or navigator:msgid() == 0 end
+function is_ours() return navigator:msgid() == fsm.vars.message_id or navigator:msgid() == 0 end
 
-function is_other() return not is_ours() and navigator:msgid() ~= fsm.vars.before end
+function is_other() return not is_ours() and navigator:msgid() ~= fsm.vars.id_before end
 
+-- Return whether the navigator reports an error; if so, set the error of the skill.
 function has_failed()
     if not (navigator:is_final() and navigator:error_code() ~= navigator.ERROR_NONE) then return false end
     fsm:set_error(ERRORS[navigator:error_code()] or "error " .. navigator:error_code() .. " of the navigator")
@@ -72,12 +75,13 @@ function ORDER:init()
     local place, ori = fsm.vars.place or fsm.vars[1], fsm.vars.ori
     local message = ori and navigator.PlaceWithOriGotoMessage:new(place, ori) or
                         navigator.PlaceGotoMessage:new(place)
-    fsm.vars.before, fsm.vars.started = navigator:msgid(), os.time()
-    fsm.vars.order = navigator:msgq_enqueue_copy(message)
+    fsm.vars.id_before, fsm.vars.started = navigator:msgid(), os.time()
+    fsm.vars.message_id = navigator:msgq_enqueue_copy(message)
 end
 
+-- When the skill is stopped on the way, stop the robot.
 function DRIVE:exit()
     if navigator:has_writer() and is_ours() and not navigator:is_final() then
-        navigator:msgq_enqueue_copy(navigator.StopMessage:new(fsm.vars.order))
+        navigator:msgq_enqueue_copy(navigator.StopMessage:new(fsm.vars.message_id))
     end
 end

@@ -18,7 +18,7 @@ skillenv.skill_module(_M)
 
 function has_places() return type(fsm.vars.places) == "table" and #fsm.vars.places > 0 end
 
-function is_last() return fsm.vars.at >= #fsm.vars.places end
+function is_last() return fsm.vars.place_number >= #fsm.vars.places end
 
 fsm:define_states {
     export_to = _M,
@@ -36,15 +36,16 @@ fsm:add_transitions {
     {"ARRIVED", "NEXT", cond = true, desc = "go on"},
 }
 
-function NEXT:init() fsm.vars.at = (fsm.vars.at or 0) + 1 end
+function NEXT:init() fsm.vars.place_number = (fsm.vars.place_number or 0) + 1 end
 
 function DRIVE:init()
-    self.args["goto_place"] = {place = fsm.vars.places[fsm.vars.at], patience = fsm.vars.patience}
+    self.args["goto_place"] = {place = fsm.vars.places[fsm.vars.place_number], patience = fsm.vars.patience}
 end
 
+-- When the drive has failed, put the place before its error.
 function DRIVE:exit()
-    local sub = goto_place.fsm
-    if sub.current == sub.states[sub.fail_state] then
-        fsm:set_error(string.format("%s: %s", tostring(fsm.vars.places[fsm.vars.at]), sub.error))
+    local drive = goto_place.fsm
+    if drive.current == drive.states[drive.fail_state] then
+        fsm:set_error(string.format("%s: %s", tostring(fsm.vars.places[fsm.vars.place_number]), drive.error))
     end
 end

@@ -23,6 +23,7 @@ fsm:add_transitions {
     {"CHECK", "FAILED", precond = "gripper:gripper_state() == gripper.CLOSED", error = "the gripper is closed already"},
     {"CHECK", "CLOSE", cond = true},
     {"CLOSE", "FINAL", cond = "gripper:gripper_state() == gripper.CLOSED", desc = "closed"},
+    -- CLOSE:init replaces this 5
     {"CLOSE", "FAILED", timeout = {time = 5, error = "the gripper does not close"}},
 }
 

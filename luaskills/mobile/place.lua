@@ -23,6 +23,7 @@ fsm:add_transitions {
     {"CHECK", "FAILED", precond = "gripper:gripper_state() == gripper.OPEN", error = "the gripper is open already"},
     {"CHECK", "OPEN", cond = true},
     {"OPEN", "FINAL", cond = "gripper:gripper_state() == gripper.OPEN", desc = "open"},
+    -- OPEN:init replaces this 5
     {"OPEN", "FAILED", timeout = {time = 5, error = "the gripper does not open"}},
 }
 

@@ -38,8 +38,8 @@
   (modify ?goal (mode DISPATCHED)))
 
 (defrule detour-replan
-  "The world has changed and no action has failed: retract the rest of the plan when no action
-   runs. The salience is above that of the selection of the next action."
+  "The world has changed and no action has failed: retract the plan when no action runs, and plan
+   again. The salience is above that of the selection of the next action."
   (declare (salience ?*SALIENCE-MODERATE*))
   (plan-valid (plan-id ?plan) (valid FALSE) (message ?why))
   ?goal <- (goal (id ?id) (mode DISPATCHED) (committed-to ?plan))

@@ -7,7 +7,7 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 
 
 class Driver(SkillExecutor):
-    """Executes ``drive{to="office"}``; the setting ``seconds`` is the duration of a drive."""
+    """Executes ``drive{to="office"}``; the setting ``seconds`` is the duration, by default 2."""
 
     skills = ("drive",)
     known_settings = ("seconds",)

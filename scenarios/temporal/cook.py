@@ -9,7 +9,7 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 class Cook(SkillExecutor):
     """Executes ``prepare{dish="egg"}`` and ``serve{dish="egg"}``.
 
-    The settings ``prepare`` and ``serve`` are the durations of the skills in seconds.
+    The settings ``prepare`` and ``serve`` are the durations of the skills in seconds, by default 2.
     """
 
     skills = ("prepare", "serve")

@@ -1,4 +1,4 @@
-;;; One goal: the robot has said good bye to PEGGY. The goal has up to three tries.
+;;; One goal: the robot has said goodbye to PEGGY. The goal has up to three tries.
 
 (defglobal ?*MEET-WANTED* = "(said PEGGY GOODBYE)"
            ?*MEET-MAX-TRIES* = 3)
@@ -42,6 +42,7 @@
   (printout t "Goal 'TESTGOAL' is " ?outcome crlf)
   (modify ?goal (mode EVALUATED)))
 
+;; a failed goal is planned again from the present state, until its tries are used up
 (defrule meet-try-again
   ?goal <- (goal (id ?id) (class SAY-GOODBYE) (mode EVALUATED) (outcome FAILED))
   ?tries <- (meet-tries ?number&:(< ?number ?*MEET-MAX-TRIES*))

@@ -9,7 +9,7 @@
           (skiller-control)))
 
 (defrule talk-domain-complete
-  "Operators without precondition, and the initial state."
+  "Assert the operators that domain.pddl lacks, and the initial state."
   (executive-init)
   (domain-loaded)
   =>
@@ -17,7 +17,7 @@
           (domain-operator (name print) (param-names severity text)))
   (progn$ (?text (create$ hello goodbye))
     (assert (domain-object (type text) (name ?text))))
-  (assert (domain-object (type name) (name lock1))
+  (assert (domain-object (type name) (name lock1))  ; as in Fawkes' scenario; no plan uses it
           (domain-fact (name said) (param-values bob hello)))
   (assert (domain-facts-loaded)))
 

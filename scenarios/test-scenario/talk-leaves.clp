@@ -49,6 +49,7 @@
   (modify ?goal (mode COMMITTED) (committed-to ?plan)))
 
 (defrule talk-planned-dispatch
+  "Dispatch a goal that has acquired all resources that it needs."
   ?goal <- (goal (mode COMMITTED) (class TALK|PRINT) (required-resources $?need)
                  (acquired-resources $?have&:(subsetp ?need ?have)))
   =>

@@ -9,7 +9,7 @@
   (modify ?action (state RUNNING)))
 
 (defrule talk-print-end
-  "In a later loop, so that other rules see the action running."
+  "The salience is below that of other rules, so that they see the action running."
   (declare (salience ?*SALIENCE-LOW*))
   ?action <- (plan-action (action-name print) (state RUNNING))
   =>

@@ -12,11 +12,11 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 class Cleaner(SkillExecutor):
     """Executes ``sweep{room="hall"}``, ``mop{room="hall"}`` and ``fill{}``.
 
-    The settings ``sweep``, ``mop`` and ``fill`` are the durations of the skills in seconds.
+    The settings ``sweep``, ``mop`` and ``fill`` are the durations of the skills in seconds, by default 4.
 
     The setting ``world`` names a file that stands for the house. All robots append a line for each event:
-    ``MICROSECONDS ROBOT begins|ends|finds WORK``. A robot reads the file before work, and does not repeat
-    finished work. Without the file, all rooms are dirty.
+    ``MICROSECONDS ROBOT begins|ends|finds WORK``. A robot reads the file before it sweeps or mops, and does
+    not repeat finished work. Without the file, all rooms are dirty.
     """
 
     skills = ("sweep", "fill", "mop")

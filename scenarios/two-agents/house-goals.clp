@@ -11,7 +11,7 @@
   =>
   (wm-robmem-sync-restore)
   (assert (goal (id HOUSE) (class HOUSE) (type MAINTAIN))
-          (looked-for-old-locks 0 0)
+          (looked-for-old-locks 0 0)  ; the time of the last look: long ago
           (house-begun)))
 
 (defrule house-advance

@@ -1,7 +1,8 @@
 ;;; Locks beyond the core: waiting for a lock, locks of stopped robots, lost locks.
 
 (defrule tap-locked
-  "An action `lock` waits while a robot has the tap."
+  "The operator lock requires that the tap is not locked: assert that it is locked while a robot has it. The
+   saliences of this rule and the next are above that of the rule which starts an action lock."
   (declare (salience ?*SALIENCE-HIGH*))
   (mutex (name tap) (state LOCKED))
   (not (domain-fact (name locked) (param-values tap)))
@@ -16,7 +17,8 @@
   (retract ?fact))
 
 (defrule tap-try-again
-  "The other robot was faster: the action waits again."
+  "The other robot was faster: the action waits again. The salience is above that of the core's rule that
+   makes an action FAILED."
   (declare (salience (+ ?*SALIENCE-DOMAIN-APPLY* 1)))
   ?action <- (plan-action (action-name lock) (state EXECUTION-FAILED))
   =>

@@ -26,7 +26,7 @@
   (modify ?goal (mode DISPATCHED)))
 
 (defrule waypoints-goal-evaluate
-  "The goal is achieved if all waypoints are visited."
+  "Warn of each waypoint at which the robot has not been; print the outcome, which is that of the plan."
   ?goal <- (goal (class TOUR) (mode FINISHED) (outcome ?outcome))
   =>
   (progn$ (?waypoint ?*WAYPOINTS*)

@@ -89,7 +89,7 @@ class Machine(SkillExecutor):
         self.state.write()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Throw the piece away."""
+        """Execute ``clear{}``: throw the piece away, if there is one."""
         assert call.skill == "clear"
         self.state.piece = ""
         self.state.write()
@@ -109,13 +109,16 @@ class Machine(SkillExecutor):
 
 
 class Saw(Machine):
-    """Executes ``cut{wood="oak"}``; the setting ``seconds`` is the duration."""
+    """Executes ``cut{wood="oak"}``; the setting ``seconds`` is the duration, by default 6."""
 
     skills = ("cut", "clear")
     known_settings = ("seconds",)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Cut a piece, which then is in the machine."""
+        """Cut a piece, which then is in the machine.
+
+        :raises SkillFailedError: if a piece is in the machine already.
+        """
         if call.skill == "clear":
             yield from super().execute(call)
             return
@@ -127,13 +130,16 @@ class Saw(Machine):
 
 
 class Booth(Machine):
-    """Executes ``paint{colour="red"}``; the setting ``seconds`` is the duration."""
+    """Executes ``paint{colour="red"}``; the setting ``seconds`` is the duration, by default 5."""
 
     skills = ("paint", "clear")
     known_settings = ("seconds",)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Paint the piece in the machine."""
+        """Paint the piece in the machine.
+
+        :raises SkillFailedError: if the machine is empty.
+        """
         if call.skill == "clear":
             yield from super().execute(call)
             return
@@ -147,8 +153,8 @@ class Booth(Machine):
 class Counter(Machine):
     """The counter, with the referee behind it; executes ``hand_over{order="order2"}``.
 
-    Settings: ``seed``, the seed of the orders; ``orders``, their number; ``minutes``, the duration of the
-    production.
+    Settings: ``seed``, the seed of the orders, by default 1; ``orders``, their number, by default 6;
+    ``minutes``, the duration of the production, by default 5.
     """
 
     skills = ("hand_over", "clear")
@@ -157,8 +163,8 @@ class Counter(Machine):
     def start(self) -> None:
         """Draw the orders, and open the interfaces of the game and of its orders."""
         super().start()
-        self._seconds = self.setting("minutes", 5.0) * 60
-        self._orders = draw_orders(self.setting("seed", 1), self.setting("orders", 6), self._seconds)
+        self._duration_s = self.setting("minutes", 5.0) * 60
+        self._orders = draw_orders(self.setting("seed", 1), self.setting("orders", 6), self._duration_s)
         self._begin_us = self.clock.now_us() + int(_PRE_GAME_S * MICROSECONDS)
         game: Any = self.board.open_for_writing("GameInterface", "Game", owner="referee")
         self._game = game
@@ -182,7 +188,10 @@ class Counter(Machine):
         self._referee()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Compare the piece with an order, and remove it."""
+        """Compare the piece with an order, and remove the piece, whether or not it is right.
+
+        :raises SkillFailedError: if there is no such order, or the referee gives no points.
+        """
         if call.skill == "clear":
             yield from super().execute(call)
             return
@@ -236,7 +245,7 @@ class Counter(Machine):
                 state.write()
                 self.log.info(f"{order.name}: {order.piece}, from {order.begin:.0f} s to {order.end:.0f} s")
         phases = self._game.Phase
-        is_over = now_s >= self._seconds or self._game.deliveries == len(self._orders)
+        is_over = now_s >= self._duration_s or self._game.deliveries == len(self._orders)
         phase = phases.PRE_GAME if now_s < 0 else phases.POST_GAME if is_over else phases.PRODUCTION
         if phase != self._game.phase:
             self._game.phase = phase

@@ -37,7 +37,11 @@ class Hand(SkillExecutor):
         self._pose.close()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Take a piece out of a machine, put the held piece into a machine, or drop it."""
+        """Take a piece out of a machine, put the held piece into a machine, or drop the held piece.
+
+        :raises SkillFailedError: if the robot is not at the machine, the machine does not answer, or the hand or the
+            machine is full or empty where it must not be.
+        """
         if call.skill == "drop":
             self._piece = ""
             return
@@ -77,7 +81,10 @@ class Hand(SkillExecutor):
         self._piece = ""
 
     def _ask(self, machine: Any, name: str, message: Any) -> Steps:
-        """Send a message to the machine, and wait until the machine has handled it."""
+        """Send a message to the machine, and wait until the machine has handled it.
+
+        :raises SkillFailedError: if the machine does not answer in time.
+        """
         handled_before = machine.handled
         machine.msgq_enqueue(message)
         begin_us = self.clock.now_us()

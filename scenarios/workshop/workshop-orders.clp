@@ -15,6 +15,8 @@
   (modify ?goal (mode SELECTED)))
 
 (defrule workshop-order-expand
+  "Assert the steps in their order: 9 cut, 8 carry to the booth, 7 and below paint, 2 carry to the counter,
+   1 hand over. An order has two coats at most."
   ?goal <- (goal (id ?id) (class ORDER) (mode SELECTED)
                  (params order ?order piece ?piece wood ?wood coats $?coats))
   =>

@@ -58,6 +58,7 @@
   (modify ?goal (mode RETRACTED)))
 
 (defrule courier-try-again
+  "Give a failed goal three tries. The salience is above that of courier-end, which would retract the goal."
   (declare (salience 10))
   ?goal <- (goal (id ?id) (class DELIVER) (mode EVALUATED) (outcome FAILED))
   ?tries <- (tries ?number&:(< ?number 3))
