@@ -148,7 +148,7 @@ class _MessageRecorder(Listener):
 
 
 def writer(url: str, journal: Journal) -> None:
-    """Write for a random time whenever the process can open the writer; receive messages meanwhile."""
+    """Write for a random time whenever the process can open the writer, and receive messages."""
     board = connect(url, "writer")
     recorder = _MessageRecorder(journal)
     number = 0

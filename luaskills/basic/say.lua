@@ -20,8 +20,9 @@ skillenv.skill_module(_M)
 local PATIENCE = 60
 
 -- Return whether the state of the interface belongs to our message. The writer shows the id and the text of
--- the message in execution, and its end by "final". Ids are unique for each sender only: the message of another
--- client may have the same id, and may be spoken first. A state from before our message is that of another.
+-- the message in execution, and its end by "final". Ids are unique for each sender only: the message of
+-- another client may have the same id, and may be spoken first. A state that was shown before our message does
+-- not belong to our message.
 function is_ours()
     return voice:msgid() == fsm.vars.message_id and voice:text() == fsm.vars.ordered_text
         and voice:timestamp():in_usec() ~= fsm.vars.time_before

@@ -39,8 +39,8 @@ class Hand(SkillExecutor):
     def execute(self, call: SkillCall) -> Steps:
         """Take a piece out of a machine, put the held piece into a machine, or drop the held piece.
 
-        :raises SkillFailedError: if the robot is not at the machine, the machine does not answer, or the hand or the
-            machine is full or empty where it must not be.
+        :raises SkillFailedError: if the robot is not at the machine, the machine does not answer, or the hand
+            or the machine is full or empty where it must not be.
         """
         if call.skill == "drop":
             self._piece = ""
