@@ -273,12 +273,16 @@ def own_files(agent: Run, executive: Executive) -> list[Path]:
 
 
 class UnexecutedActions:
-    """Logs each action that fails because no rule executes it, once, with the place of the mistake."""
+    """Logs each action that fails because no rule executes it, once, with the place of the mistake.
+
+    A monitor sets such an action to FAILED: the rule of ``execmon/stalled-action.clp``, or an agent's own.
+    """
 
     def __init__(self, agent: Run, executive: Executive) -> None:
         self._agent, self._executive = agent, executive
         self._reported_actions: set[str] = set()
-        executive.env.watcher.follow("plan-action", self._record_fact, ("action-name", "state", "error-msg"))
+        slots = ("action-name", "state", "error-msg", "executable")
+        executive.env.watcher.follow("plan-action", self._record_fact, slots)
 
     def _record_fact(self, _template: str, slots: Mapping[str, str]) -> None:
         if slots.get("state") != "FAILED" or _NO_EXECUTOR not in slots.get("error-msg", ""):
@@ -286,10 +290,13 @@ class UnexecutedActions:
         action = slots["action-name"]
         if action not in self._reported_actions:
             self._reported_actions.add(action)
-            self._executive.log.error(self._describe_mistake(action))
+            self._executive.log.error(self._describe_mistake(action, slots["executable"] == "TRUE"))
 
-    def _describe_mistake(self, action: str) -> str:
-        """Return a text about the cause: a misspelt or unmapped action, or missing control of the Skiller."""
+    def _describe_mistake(self, action: str, is_executable: bool) -> str:
+        """Return a text about the cause.
+
+        It is a misspelt or unmapped action, a precondition, or missing control of the Skiller.
+        """
         config = self._agent.config
         place = place_of_action(own_files(self._agent, self._executive), action)
         operators = {str(slots["name"]) for _, _, slots in self._executive.env.facts("domain-operator")}
@@ -297,6 +304,9 @@ class UnexecutedActions:
         if action not in operators:
             text = f"the action '{action}' has no executor"
             hint = did_you_mean(action, operators & mapped_actions or operators | mapped_actions)
+        elif action in mapped_actions and not is_executable:
+            text = f"the precondition of '{action}' is false, and a monitor fails actions that wait for it"
+            hint = ""
         elif action in mapped_actions:
             text = f"'{action}' found no Skiller under control, and a monitor fails actions that wait for it"
             hint = ""

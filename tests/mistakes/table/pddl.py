@@ -75,6 +75,15 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "hello-domain.clp:5",
     ),
     mistake(
+        "a precondition is false",
+        _FILE,
+        ":precondition (not (greeted ?who))",
+        ":precondition (greeted ?who)",
+        "the precondition of 'greet' is false",
+        "hello-plan.clp:6",
+        status=_FAILED,
+    ),
+    mistake(
         "the plan names an action that the domain lacks",
         "hello-plan.clp",
         "(action-name greet)",
