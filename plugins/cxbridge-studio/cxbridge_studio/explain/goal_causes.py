@@ -130,6 +130,9 @@ class RootCauseFinder:
         if diagnosis is None:
             return ""
         states = [change.state for change in action.changes if change.state not in FAILED_STATES]
+        # The precondition of an action that was executed is no reason, since its effects change facts.
+        if "EXECUTION-SUCCEEDED" in states and diagnosis.error:
+            return diagnosis.error
         missing_rule = _describe_missing_rule(
             self._rules_and_texts[1], diagnosis, states[-1] if states else ""
         )

@@ -21,11 +21,15 @@ MAX_RULES: Final = 5  # limit of the listed rules
 
 # The weights of the slots that a pattern names: the class says more than all other slots together.
 _SLOT_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
+# The start of the functions that plan for a goal: their plan moves the goal to EXPANDED.
+_PLANNING_CALL: Final = "(planner-plan"
 _MIN_LIKENESS: Final = 0.7  # the minimum similarity with which a class counts as a misspelling
 
 
 def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
     """Return the rules that can change a goal's mode, at most :data:`MAX_RULES`, the most specific first.
+
+    A rule changes the mode itself, or calls a planner.
 
     :param texts: the defrules by name.
     :param slots: the class, sub-type and mode of the goal.
@@ -34,11 +38,17 @@ def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str])
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
-        if slots["mode"] not in condition or "(mode " not in actions:
+        is_planning = _PLANNING_CALL in actions
+        if slots["mode"] not in condition or not (is_planning or "(mode " in actions):
             continue
         with suppress(ClipsError):  # a rule that cannot be parsed cannot be compared
-            # Only top-level patterns: the rule cannot modify a goal below `not` or `exists`.
-            patterns = (ce for ce in parse_rule(text).ces if isinstance(ce, PatternCE))
+            # Only top-level patterns: the rule cannot change a goal below `not` or `exists`. It modifies only
+            # a goal with a fact variable.
+            patterns = (
+                ce
+                for ce in parse_rule(text).ces
+                if isinstance(ce, PatternCE) and (ce.variable or is_planning)
+            )
             if specificity := max((_compute_specificity(ce, slots) for ce in patterns), default=0):
                 rules.append((-specificity, name))
     return [name for _, name in sorted(rules)][:MAX_RULES]
@@ -116,8 +126,7 @@ def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
 
     The sum is 0 if the pattern does not match the goal, or names no mode.
     """
-    # A pattern without a fact variable cannot be the goal that the rule modifies.
-    if pattern.template != "goal" or not pattern.variable:
+    if pattern.template != "goal":
         return 0
     named_slots = _SLOT_WEIGHTS.keys() & pattern.words_by_slot
     if "mode" not in named_slots or not all(_names_value(pattern, slot, slots[slot]) for slot in named_slots):

@@ -17,6 +17,7 @@ from cxbridge.history.linking import SkillLink
 from cxbridge.history.model import (
     DONE_STATES,
     PLAN_ACTION,
+    SKILL_FINAL,
     GoalChange,
     GoalRecord,
     PlanActionRecord,
@@ -337,11 +338,10 @@ class GoalStoryWriter:
         skill_failures = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         time_text = self.format_time((skill_failures or action.changes)[-1].seq)
         link = self.goals.find_skill_link(action)
-        root_cause = (
-            self._root_cause_finder.find_action_cause(goal, action)
-            if link is None
-            else _describe_skill_end(link)
-        )
+        root_cause = "" if link is None else _describe_skill_end(link)
+        if link is None or link.call.status == SKILL_FINAL:  # only the facts have the reason
+            rule_text = root_cause and f"{root_cause}, then a rule set the action to FAILED"
+            root_cause = self._root_cause_finder.find_action_cause(goal, action) or rule_text
         return Cause(
             f"{_describe_action(action)} failed at {time_text}", tuple(_make_root_causes([root_cause]))
         )

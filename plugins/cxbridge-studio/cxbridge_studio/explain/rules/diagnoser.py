@@ -162,7 +162,7 @@ class _Diagnoser:
             )
             for row in rows
         )
-        reason = "it must not match, but it does" if facts else "its content always matches"
+        reason = "its content matches" if facts else "its content always matches"
         more = ("and more",) if len(facts) > MAX_LISTED else ()
         return MatchFailure("not", ce.text, reason, facts=(*list(facts)[:MAX_LISTED], *more))
 

@@ -48,7 +48,6 @@ FAILED = [
 
 
 def test_failure_is_followed_to_skill():
-    text = explain_goal(FAILED, "top1")
     assert (
         "top1 (TOP) FAILED at 3.300 s, error: SUB-GOAL-FAILED talk1\n"
         "├─ talk1 (TALK) FAILED at 3.200 s\n"
@@ -57,7 +56,7 @@ def test_failure_is_followed_to_skill():
         "│  └─ rule talk-fails set talk1 to FAILED\n"
         "├─ rule run-all-fails set top1 to FAILED\n"
         "└─ top1 (TOP) has been FINISHED since 3.300 s, and waits for a rule that evaluates it\n"
-    ) in text
+    ) in explain_goal(FAILED, "top1")
 
 
 def test_parent_without_error_names_last_ended_sub_goal():
@@ -169,13 +168,12 @@ def test_story_of_goals_with_mutual_errors_ends():
 
 
 def test_story_of_running_action_names_skill():
-    text = explain_goal(FAILED, "top1", at=2.5)
     assert (
         "top1 (TOP) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals\n"
         "└─ talk1 (TALK) has been DISPATCHED since 1.000 s\n"
         "   └─ action 10 say of talk1 has been RUNNING since 2.200 s\n"
         '      └─ probably skill say{text="hi"} of Skiller has been S_RUNNING since 2.100 s\n'
-    ) in text
+    ) in explain_goal(FAILED, "top1", at=2.5)
 
 
 def test_story_names_false_precondition_of_action():
@@ -185,9 +183,30 @@ def test_story_names_false_precondition_of_action():
         action(1, "talk1", 20, "say", "FORMULATED"),
         fact(1, 5, "(plan-action (id 10) (goal-id talk1) (plan-id talk1-PLAN) (executable FALSE))"),
     ]
-    text = explain_goal(events, "talk1")
-    assert "└─ action 10 say of talk1 has been FORMULATED since 1.000 s, 1 more after it\n" in text
-    assert "   └─ it is not executable: its precondition does not hold\n" in text
+    assert (
+        "└─ action 10 say of talk1 has been FORMULATED since 1.000 s, 1 more after it\n"
+        "   └─ it is not executable: its precondition does not hold\n"
+    ) in explain_goal(events, "talk1")
+
+
+def test_story_names_rule_that_fails_action_after_its_skill():
+    events = [
+        *start_goal(0, "a1"),
+        action(0, "a1", 1, "look", "WAITING"),
+        skill(0, "look{}", "S_RUNNING"),
+        action(1, "a1", 1, "look", "RUNNING"),
+        skill(2, "look{}", "S_FINAL"),
+        action(2, "a1", 1, "look", "EXECUTION-SUCCEEDED"),
+        action(4, "a1", 1, "look", "FAILED"),
+        goal(4, "a1", "FINISHED", "FAILED"),
+    ]
+    assert explain_goal(events, "a1").startswith(
+        "a1 (A) FAILED at 4.000 s: action 1 look failed at 4.000 s: probably skill look{} of Skiller "
+        "ended S_FINAL, then a rule set the action to FAILED\n"
+    )
+    slots = '(id 1) (goal-id a1) (plan-id a1-PLAN) (state FAILED) (error-msg "no result")'
+    events.insert(-2, fact(4, 1, f"(plan-action {slots})"))
+    assert "action 1 look failed at 4.000 s: no result\n" in explain_goal(events, "a1")
 
 
 def test_story_names_goal_that_holds_resource():
@@ -196,12 +215,10 @@ def test_story_names_goal_that_holds_resource():
         fact(1, 1, "(goal (id a1) (required-resources arm door) (acquired-resources door))"),
         fact(1, 2, "(goal (id b1) (required-resources arm) (acquired-resources arm))"),
     ]
-    text = explain_goal(events, "a1")
     assert (
         "a1 (A) has been COMMITTED since 0.000 s, and waits to be dispatched, when it has its resources\n"
-        in text
-    )
-    assert "└─ resource arm is held by goal b1\n" in text
+        "└─ resource arm is held by goal b1\n"
+    ) in explain_goal(events, "a1")
 
 
 def test_story_of_unselected_goal_has_parents_and_siblings():

@@ -104,6 +104,11 @@ WAITS = (
 
 def test_waiting_goal_names_rules_for_missing_fact():
     done = [*start_goal(0, "c1"), goal(0, "c1", "RETRACTED", "COMPLETED")]
+    by_planner = RULES["agent.clp"].replace("(modify ?g (mode EXPANDED))", '(planner-plan ?id "(done)")')
+    assert all(
+        explain_events([*WAITING, *FACTS], "run", texts={"agent.clp": text}).lines[0].startswith(WAITS)
+        for text in (by_planner, by_planner.replace("?g <- ", ""))
+    )
     story = explain_events([*done, *WAITING, *FACTS], "run", texts=RULES)
     assert (
         story.json_report["headline"]
