@@ -58,10 +58,11 @@ def running(command: list[str]) -> Iterator[int]:
         process.wait()
 
 
-def daemon_command(scenario: list[str], socket: Path) -> list[str]:
-    """Return the command of a daemon."""
+def daemon_command(options: list[str], socket: Path) -> list[str]:
+    """Return the command of a daemon, for Python, with the options that name its scenario."""
+    # port 0 of the Fawkes port is any free port, so that several daemons can run
     endpoints = ["--endpoint", f"ipc://{socket}", "--fawkes-port", "0", "-q"]
-    return ["-m", "cxbridge", "daemon", "start", *scenario, *endpoints]
+    return ["-m", "cxbridge", "daemon", "start", *options, *endpoints]
 
 
 def repeat(work: Callable[[], object]) -> None:

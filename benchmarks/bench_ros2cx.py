@@ -30,6 +30,7 @@ ENVIRONMENTS = 20
 TICKS_A_SECOND = 30
 TURTLE_S = 60.0
 STEPS = 2000
+NO_TIMEOUT_S = 1e9
 
 HELLO = "(defrule hello => (printout t hello crlf))"
 CLOCK = "(defrule look (time ?) => (now))"
@@ -53,14 +54,17 @@ DRIVER = """
 """
 
 
-def write_parameters(folder: Path, program: str, environments: int = 1, rate: int = 10) -> Path:
-    """Write an agent and its parameters; return the file of the parameters."""
+def write_parameters(folder: Path, program: str, environments: int = 1, rate_hz: int = 10) -> Path:
+    """Write an agent and its parameters; return the file of the parameters.
+
+    :param program: the agent in CLIPS, which each environment loads.
+    """
     (folder / "agent.clp").write_text(program)
     names = [f"e{number}" for number in range(environments)]
     rows = "".join(f"    {name}: {{plugins: [executive, ros, files]}}\n" for name in names)
     (folder / "agent.yaml").write_text(
         f"/**:\n  ros__parameters:\n    environments: [{', '.join(names)}]\n{rows}"
-        f"    executive: {{plugin: 'cx::ExecutivePlugin', refresh_rate: {rate}}}\n"
+        f"    executive: {{plugin: 'cx::ExecutivePlugin', refresh_rate: {rate_hz}}}\n"
         "    ros: {plugin: 'cx::RosMsgsPlugin'}\n"
         f"    files: {{plugin: 'cx::FileLoadPlugin', load: ['{folder / 'agent.clp'}']}}\n"
     )
@@ -89,7 +93,9 @@ def measure_cold_start(folder: Path) -> None:
 
 def measure_idle_tick(folder: Path) -> None:
     """Measure a tick of an agent that does nothing else than its time fact and `now`."""
-    with Run(options_from_keywords(write_parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
+    with Run(
+        options_from_keywords(write_parameters(folder, CLOCK, rate_hz=TICKS_A_SECOND), timeout=NO_TIMEOUT_S)
+    ) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
 
@@ -103,7 +109,7 @@ def measure_idle_tick(folder: Path) -> None:
 def measure_environments(folder: Path) -> None:
     """Measure a second of twenty environments, the mean of ten seconds."""
     file = write_parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
-    with Run(options_from_keywords(file, timeout=1e9)) as run:
+    with Run(options_from_keywords(file, timeout=NO_TIMEOUT_S)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
         start = time.process_time()
