@@ -7,7 +7,7 @@ import { header } from "cx/header.js";
 import { keys } from "cx/keys.js";
 import { openNoRun, openNotFound } from "cx/not_found.js";
 import { palette } from "cx/palette.js";
-import { dropZone, inside, openLinked } from "cx/recording/open.js";
+import { dropZone, bytesInside, openLinked } from "cx/recording/open.js";
 import { scrubber } from "cx/recording/scrubber.js";
 import { parseAddress } from "cx/selection.js";
 import { applyTheme } from "cx/theme.js";
@@ -98,7 +98,7 @@ function router(tabs) {
 
 /** Show the JSON document inside the page. */
 async function openDocument({ kind, name }) {
-  const text = new TextDecoder().decode(await inside()),
+  const text = new TextDecoder().decode(await bytesInside()),
     { open } = await import("cx/documents/" + kind + ".js");
   document.title = name;
   document.getElementById("head").append(el.h1(name));

@@ -72,7 +72,7 @@ export class ListPanel {
    * @param draw called after a change of the search, and after the list was read
    */
   constructor({ title, find, before, after, above = [], below = [], detail, row }, draw) {
-    const searchFor = (text) => {
+    const onSearch = (text) => {
       this.wanted = text;
       draw();
     };
@@ -80,7 +80,7 @@ export class ListPanel {
     this.detail = detail;
     this.list = new VirtualList({ label: title, ...row });
     this.life.add(() => this.list.gone());
-    this.find = typeof find === "string" ? search(find, searchFor) : find;
+    this.find = typeof find === "string" ? search(find, onSearch) : find;
     const tools = [before, this.counter, this.find, after];
     this.panel = panel(title, tools, above, this.empty, this.list.box, below);
     this.split = el("div.split", this.panel, detail);
@@ -121,8 +121,8 @@ export class ListPanel {
   count(shown, total) {
     this.counter.textContent = shown === total ? String(total) : shown + " of " + total;
   }
-  /** On a narrow page, show the details in place of the list. */
-  showsDetail(on) {
-    this.split.classList.toggle("has-detail", Boolean(on));
+  /** On a narrow page, show the details in place of the list while `chosen`, a key, is not empty. */
+  showDetailOf(chosen) {
+    this.split.classList.toggle("has-detail", Boolean(chosen));
   }
 }

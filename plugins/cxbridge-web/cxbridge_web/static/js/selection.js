@@ -15,7 +15,10 @@ function decode(text) {
   }
 }
 
-/** An address `#/view/part?name=value` taken apart. */
+/**
+ * An address `#/view/part?name=value` taken apart.
+ * @returns {path, parts, query}: the path with its `#/`, its decoded parts, and the query as URLSearchParams
+ */
 export function parseAddress(hash) {
   const [, path, query] = /^([^?]*)\??(.*)$/s.exec(hash);
   return { path, parts: path.slice(2).split("/").map(decode), query: new URLSearchParams(query) };
@@ -61,7 +64,7 @@ export class Selection {
     if (address !== location.hash && path) history.replaceState(history.state, "", address);
   }
 
-  /** Take the selection from the query of an address. */
+  /** Take the values that the query of an address has; a malformed time is left out. */
   read(query) {
     const { time, ...texts } = Object.fromEntries([...query].filter(([name]) => name in NOTHING));
     this.merge(/^\d+$/.test(time) ? { ...texts, time: Number(time) } : texts);

@@ -18,13 +18,14 @@ export class Store {
     return stores.get(this);
   }
 
-  /** The data of the open recording, else of the live run. */
+  /** The data of the open recording; of the live run, also while its past is open. */
   get now() {
     const { recording } = this.app;
     if (!recording || recording.isPast) return this.live;
     if (!this.recorded.has(recording)) this.recorded.set(recording, this.make(recording.events));
     return this.recorded.get(recording);
   }
+  /** Call a function after each change. Returns a function that ends this. */
   onChange(listener) {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);

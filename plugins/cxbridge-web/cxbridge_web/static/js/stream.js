@@ -12,10 +12,13 @@ export class Stream {
   isWaiting = true; // for the event hello, after which all lists are read
   queue = []; // received lines, each an event
   workTimer = null; // the timer for the rest of the queue
+  retryTimer = null; // the timer for the next attempt to connect
 
   /**
-   * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello,
-   * handlers.restarted, handlers.dropped, handlers.caughtUp (the end of a queue that took several slices)
+   * @param handlers.event(event) gets each event; handlers.state(state) the state "open" or "lost";
+   * handlers.hello(hello) the begin of each connection; handlers.restarted() is called before it if the
+   * daemon is another process; handlers.dropped({count}) gets the number of events that the daemon left out;
+   * handlers.caughtUp() is called at the end of a queue that took several slices
    */
   constructor(handlers) {
     this.handlers = handlers;
@@ -31,6 +34,7 @@ export class Stream {
 
   open() {
     this.close();
+    // together: a message has several events, one a line
     const query = "together=true&kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last),
       source = new EventSource("api/cxbridge/events?" + query);
     this.source = source;
@@ -84,6 +88,7 @@ export class Stream {
       )
         this.handlers.event(JSON.parse(queue[at++]));
     } finally {
+      // an event that cannot be applied is left out, too: it must not stop the stream
       queue.splice(0, at);
       const isBehind = this.queue.length > 0;
       if (!isBehind && this.workTimer) this.handlers.caughtUp();

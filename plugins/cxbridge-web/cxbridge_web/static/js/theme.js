@@ -10,7 +10,7 @@ const QUERIED_SCHEME = /\(prefers-color-scheme:\s*(light|dark)\)/g;
 const ALWAYS = "(min-width: 0px)",
   NEVER = "(max-width: 0px)";
 const originals = new WeakMap(); // media rule -> its original query
-/** The theme that the user chose last. */
+/** The theme that the user chose last; "system" without a choice. */
 const rememberedTheme = () => THEMES.find((theme) => theme === remembered(KEY)) || "system";
 
 /** Yield the media rules among rules of a style sheet, also those within other rules. */

@@ -7,8 +7,8 @@ const AXIS = 58, // pixels: the width of an axis with numbers
   WORDS_AXIS = 150, // the width of an axis with words
   WIDE = 800, // the width of a chart that has room for axes with words
   BOTTOM = 26, // the height of the axis of time
-  TOP = 10,
-  RIGHT = 14,
+  TOP = 10, // the margin above the plotted area
+  RIGHT = 14, // the margin beside the plotted area, without axes there
   PAD = 0.06, // the margin above and below the values, as a share of their range
   KEY_STEP = 0.02, // a key moves the cursor by this share of the visible time
   KEY_ZOOM = 1.25,
@@ -104,15 +104,18 @@ export class Chart {
     this.look(around - share * span, around + (1 - share) * span);
     this.handlers.zoomed();
   }
-  /** Move the cursor, or pan five times as far. @param direction -1 or 1 @param pans whether to pan */
-  step(direction, pans) {
+  /** Move the cursor, or pan five times as far. @param direction -1 or 1 */
+  step(direction, isPanning) {
     const step = direction * this.span * KEY_STEP,
       previous = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
-    if (pans) this.move(step * 5);
+    if (isPanning) this.move(step * 5);
     else this.point(Math.min(this.to, Math.max(this.from, previous + step)));
   }
 
-  /** Place an axis for each unit; axes without room beside the chart are left out. */
+  /**
+   * Place an axis for each unit and for each series of words, in turn left and right of the plotted area. The
+   * third and further axes need room; without room, `x` is null and the series are drawn without an axis.
+   */
   layAxes(width) {
     const keyOf = ({ words, name, source }) => (words ? name : source.axis),
       groups = Map.groupBy(this.series, keyOf);
@@ -135,11 +138,11 @@ export class Chart {
     this.left = Math.max(left, AXIS);
     this.right = right + RIGHT;
   }
-  /** The values at the ends of an axis: the visible range of its series, and a margin. */
+  /** The values at the ends of an axis: the visible range of its series, or all words, and a margin. */
   rangeOf(series, words) {
     const ranges = series.map((each) => each.range(this.from, this.to)).filter(Boolean);
-    let low = words ? 0 : Math.min(...ranges.map((range) => range[0])),
-      high = words ? Math.max(1, words.length - 1) : Math.max(...ranges.map((range) => range[1]));
+    let low = words ? 0 : Math.min(...ranges.map(([least]) => least)),
+      high = words ? Math.max(1, words.length - 1) : Math.max(...ranges.map(([, greatest]) => greatest));
     if (!Number.isFinite(low) || !Number.isFinite(high)) [low, high] = [0, 1];
     // a constant value is in the middle of its axis
     if (low === high) [low, high] = [low - (Math.abs(low) || 1) * 0.5, high + (Math.abs(high) || 1) * 0.5];
@@ -160,7 +163,7 @@ export class Chart {
     ink(context, { stroke: colours.line });
     context.clip();
     for (const axis of this.axes)
-      for (const each of axis.series) this.paintLine(context, each, axis, bottom, colours);
+      for (const series of axis.series) this.paintLine(context, series, axis, bottom, colours);
     this.paintMoment(context, this.moment, bottom, { stroke: colours.focus, dash: [5, 4] });
     this.paintMoment(context, this.cursor, bottom, { stroke: colours.dim });
     if (this.cursor !== null) for (const axis of this.axes) this.paintDots(context, axis, bottom, colours);
@@ -207,7 +210,7 @@ export class Chart {
     for (let value = Math.ceil(axis.low / step) * step; value <= axis.high; value += step) {
       const y = this.yOf(axis, value, bottom),
         rounded = Math.round(value / step) * step,
-        text = axis.words ? axis.words[rounded] : tick(rounded, step);
+        text = axis.words ? axis.words[rounded] : markText(rounded, step);
       if (axis === this.axes[0])
         line(
           context,
@@ -217,38 +220,44 @@ export class Chart {
           ],
           { stroke: colours.line, alpha: 0.5 },
         );
-      context.fillStyle = isAlone ? colours.series[axis.series[0].number] : colours.dim;
+      context.fillStyle = isAlone ? colours.series[axis.series[0].colourNumber] : colours.dim;
       if (text !== undefined) context.fillText(fitting(context, text, axis.axisWidth - 10), x, y);
     }
   }
 
   paintLine(context, series, axis, bottom, colours) {
-    const from = Math.max(0, series.at(this.from)),
-      to = Math.min(series.count, series.after(this.to) + 1);
-    if (to <= from) return;
+    // the samples before and after the visible time, too: the line leads beyond the edges
+    const begin = Math.max(0, series.at(this.from)),
+      end = Math.min(series.count, series.after(this.to) + 1);
+    if (end <= begin) return;
     const { times, values, isStep } = series;
-    let last = NaN; // the y of the previous sample; NaN: a gap
-    const point = (at) => {
+    let lastY = NaN; // of the previous sample; NaN: none, or a gap
+    const addPoint = (at) => {
       const x = this.xOf(times[at]),
         y = this.yOf(axis, values[at], bottom);
-      if (isStep && !Number.isNaN(last)) context.lineTo(x, last);
-      if (Number.isNaN(last)) context.moveTo(x, y);
+      if (isStep && !Number.isNaN(lastY)) context.lineTo(x, lastY);
+      if (Number.isNaN(lastY)) context.moveTo(x, y);
       else if (!Number.isNaN(y)) context.lineTo(x, y);
-      last = y;
+      lastY = y;
     };
     context.beginPath();
-    decimate(series, from, to, Math.ceil(this.plotWidth), (time) => this.xOf(time) - this.left, point);
+    decimate(series, begin, end, Math.ceil(this.plotWidth), (time) => this.xOf(time) - this.left, addPoint);
     // the last value holds until the end of the run
-    if (!Number.isNaN(last) && to === series.count)
-      context.lineTo(this.xOf(Math.min(this.to, this.end)), last);
+    if (!Number.isNaN(lastY) && end === series.count)
+      context.lineTo(this.xOf(Math.min(this.to, this.end)), lastY);
     context.lineJoin = "round";
-    ink(context, { stroke: colours.series[series.number], dash: dashOf(series.number), width: 1.8 });
+    ink(context, {
+      stroke: colours.series[series.colourNumber],
+      dash: dashOf(series.colourNumber),
+      width: 1.8,
+    });
   }
 
+  /** Draw a dot on each line at the cursor. */
   paintDots(context, axis, bottom, colours) {
-    for (const each of axis.series) {
-      const value = each.values[each.at(this.cursor)],
-        fill = colours.series[each.number];
+    for (const series of axis.series) {
+      const value = series.values[series.at(this.cursor)],
+        fill = colours.series[series.colourNumber];
       if (Number.isFinite(value))
         dot(context, this.xOf(this.cursor), this.yOf(axis, value, bottom), 3.5, { fill });
     }
@@ -269,7 +278,7 @@ function fitting(context, text, room) {
 }
 
 /** The text of a mark on an axis, with the decimal digits that its step needs. */
-function tick(value, step) {
+function markText(value, step) {
   // 1e-9: a computed step may be slightly below a power of ten
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   return Math.abs(value) >= 1e7 || digits > 5 ? numberText(value) : value.toFixed(digits);

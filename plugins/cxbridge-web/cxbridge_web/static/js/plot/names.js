@@ -7,7 +7,7 @@ const FIELD = /^([A-Za-z_]\w*)::(.+)\.([A-Za-z_]\w*)(?:\[(\d+)\])?$/s;
 // groups: environment, template, conditions, slot, index
 const SLOT = /^(?:([^\s:{}]+):)?([^\s:{}.]+)(?:\{([^{}]*)\})?\.([^\s.[\]]+)(?:\[(\d+)\])?$/;
 const LOOP = /^loop(?: time)?$/;
-const MAX_ELEMENTS = 8; // of an array, in proposals
+const MOST_ELEMENTS = 8; // of an array, in proposals
 export const HINT = "Type::id.field, template.slot, template{slot=value}.slot, or loop";
 
 /** The end of a name for an element of an array or multislot; "" without an index. */
@@ -80,12 +80,13 @@ const LOOP_TIME = {
  * @param usualEnv the environment for a name without an environment
  * @returns {object} the source:
  *   name: the full name;
- *   label: the last part of the name, for the legend;
+ *   label: the last part of the name, or a description, for the legend;
  *   about: the interface, the template with its environment, or the main loop, for the legend;
  *   kind: the kind of its events;
  *   axis: series with the same axis share one in the plot;
  *   isStep: whether a value holds until the next value;
- *   sample(event): the value in an event, or undefined
+ *   sample(event): the value in an event, or undefined;
+ *   uid, type, id (an interface only) and env, template (a fact only): where the present value is read
  */
 export function findSource(text, usualEnv) {
   const name = text.trim(),
@@ -96,9 +97,9 @@ export function findSource(text, usualEnv) {
   return slot && slotSource(slot, usualEnv);
 }
 
-/** The name of a field, or the names of the elements of an array. */
+/** A list of the name of a field, or of the names of an array's first MOST_ELEMENTS elements. */
 export function fieldNames(uid, field, value) {
   const name = uid + "." + field;
   if (!Array.isArray(value)) return [name];
-  return value.slice(0, MAX_ELEMENTS).map((_, at) => name + "[" + at + "]");
+  return value.slice(0, MOST_ELEMENTS).map((_, at) => name + "[" + at + "]");
 }

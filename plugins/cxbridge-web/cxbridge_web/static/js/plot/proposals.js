@@ -16,7 +16,7 @@ async function readAsEvents(app) {
   ];
 }
 
-/** Return a promise of the names of all values that a plot can show, sorted. */
+/** Return a promise of the names of values that a plot can show, sorted; about MOST_NAMES at most. */
 export async function choices(app) {
   const names = new Set(["loop"]),
     templates = new Set();
@@ -25,10 +25,10 @@ export async function choices(app) {
     if (kind === "interface")
       for (const [field, value] of Object.entries(values))
         for (const name of fieldNames(uid, field, value)) names.add(name);
-    const key = env + ":" + template;
-    if (kind === "fact" && !templates.has(key)) {
-      templates.add(key);
-      for (const slot of parseFact(text)?.slots?.keys() ?? []) names.add(key + "." + slot);
+    const templateName = env + ":" + template;
+    if (kind === "fact" && !templates.has(templateName)) {
+      templates.add(templateName);
+      for (const slot of parseFact(text)?.slots?.keys() ?? []) names.add(templateName + "." + slot);
     }
     if (names.size > MOST_NAMES) break;
   }
@@ -55,9 +55,11 @@ export class Proposals {
         fieldNames(event.uid, field, value).forEach((name, at) => this.note(name, values[at]));
       }
     else if (event.kind === "loop") this.note("loop", event.duration_us);
+    // a text without digits has no numbers: it need not be parsed
     else if (event.kind === "fact" && event.asserted && /\d/.test(event.text)) this.takeFact(event);
   }
   takeFact({ env, template, text }) {
+    // facts of a template are told apart by a name or an id; a number there may itself be plotted
     const slots = parseFact(text)?.slots ?? new Map(),
       id = ["name", "id"].find((slot) => slots.has(slot) && !isNumber(slots.get(slot))),
       conditionText = id ? "{" + id + "=" + valuesOf(slots.get(id)).join(" ") + "}" : "";
@@ -80,7 +82,10 @@ export class Proposals {
     });
   }
 
-  /** The names with the most changes: [{name, count, least, greatest}]. */
+  /**
+   * At most MOST_PROPOSALS values that changed twice or more, those with the most changes first: [{name,
+   * count, least, greatest}].
+   */
   get best() {
     return [...this.statistics]
       .map(([name, numbers]) => ({ name, ...numbers }))

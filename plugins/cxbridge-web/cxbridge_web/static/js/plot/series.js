@@ -6,7 +6,7 @@ const FIRST_ROOM = 1024, // samples that a new series has room for
 const NO_VALUE = new Set(["", "nil", "undefined", "null"]);
 const TRUTH_VALUES = { TRUE: 1, FALSE: 0, true: 1, false: 0 };
 
-/** A value as a number; NaN for no value, undefined for a text that is not a number. */
+/** A value as a number, a truth value as 1 or 0; NaN for no value, undefined for any other text. */
 function numberOf(value) {
   if (typeof value === "number") return value;
   if (typeof value === "boolean") return Number(value);
@@ -18,11 +18,12 @@ function numberOf(value) {
 }
 
 export class Series {
-  constructor(source, most = MOST_SAMPLES) {
-    Object.assign(this, { source, most, count: 0, words: null }); // words: the levels; null for numbers
+  constructor(source, mostSamples = MOST_SAMPLES) {
+    // words: the levels; null for numbers
+    Object.assign(this, { source, mostSamples, count: 0, words: null });
     this.times = new Float64Array(FIRST_ROOM);
     this.values = new Float64Array(FIRST_ROOM);
-    this.number = 0; // of the colour
+    this.colourNumber = 0; // in the palette's `series`
   }
 
   get name() {
@@ -57,7 +58,7 @@ export class Series {
 
   /** Make room for samples: twice the room, or the room of the oldest quarter of a full series. */
   grow() {
-    if (this.count >= this.most) {
+    if (this.count >= this.mostSamples) {
       const droppedCount = this.count >> 2;
       this.times.copyWithin(0, droppedCount, this.count);
       this.values.copyWithin(0, droppedCount, this.count);
@@ -65,13 +66,13 @@ export class Series {
       return;
     }
     for (const member of ["times", "values"]) {
-      const larger = new Float64Array(Math.min(this.most, this.count * 2));
+      const larger = new Float64Array(Math.min(this.mostSamples, this.count * 2));
       larger.set(this[member]);
       this[member] = larger;
     }
   }
 
-  /** The number of the first sample after a time. */
+  /** The number, from 0, of the first sample after a time; `count` if there is none. */
   after(time) {
     return countWhile(this.times.subarray(0, this.count), (each) => each <= time);
   }
@@ -81,7 +82,7 @@ export class Series {
     return this.after(time) - 1;
   }
 
-  /** The text of a sample's value; "" for a number without a sample. */
+  /** The text of a sample's value, "none" in a gap; "" for a number without a sample. */
   text(number) {
     if (number < 0 || number >= this.count) return "";
     const value = this.values[number];
@@ -90,7 +91,8 @@ export class Series {
   }
 
   /**
-   * The least and the greatest value between two times, including the values at both; null without values.
+   * The least and the greatest value between two times. The samples before and after them count too, because
+   * the line leads there. Null without values.
    */
   range(from, to) {
     let least = Infinity,
@@ -115,14 +117,15 @@ export function numberText(value) {
 
 /**
  * Select points of a line of `columns` pixels: the first, least, greatest and last of each column, so that no
- * peak is lost; and one of the gaps in a column.
+ * peak is lost; and one of the gaps in a column. With at most four samples a column on average, all are
+ * selected.
  * @param from, to the numbers of the first sample and of the sample after the last
- * @param place(time) the column of a time, as a number
- * @param point(number) gets the numbers of the selected samples in ascending order
+ * @param columnOf(time) the column of a time, with a fraction
+ * @param select(number) gets the numbers of the selected samples in ascending order
  */
-export function decimate({ times, values }, from, to, columns, place, point) {
+export function decimate({ times, values }, from, to, columns, columnOf, select) {
   if (to - from <= 4 * columns) {
-    for (let at = from; at < to; at++) point(at);
+    for (let at = from; at < to; at++) select(at);
     return;
   }
   let column = NaN,
@@ -133,11 +136,11 @@ export function decimate({ times, values }, from, to, columns, place, point) {
   function flush(last) {
     const selected = [first, least, greatest, last, ...(gap < 0 ? [] : [gap])].sort((a, b) => a - b);
     selected.forEach((number, at) => {
-      if (number !== selected[at - 1]) point(number);
+      if (number !== selected[at - 1]) select(number);
     });
   }
   for (let at = from; at < to; at++) {
-    const nextColumn = Math.floor(place(times[at]));
+    const nextColumn = Math.floor(columnOf(times[at]));
     if (nextColumn !== column) {
       if (at > from) flush(at - 1);
       column = nextColumn;

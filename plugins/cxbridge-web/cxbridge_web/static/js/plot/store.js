@@ -24,14 +24,14 @@ class PlotStore extends Store {
   ofRecording(recording, name) {
     if (!this.recorded.has(recording)) this.recorded.set(recording, new Map());
     const seriesByName = this.recorded.get(recording),
-      { source, number } = this.live.get(name);
+      { source, colourNumber } = this.live.get(name);
     let series = seriesByName.get(name);
     if (!series) {
       series = new Series(source, Infinity);
       for (const event of recording.events) series.take(event);
       seriesByName.set(name, series);
     }
-    series.number = number;
+    series.colourNumber = colourNumber;
     return series;
   }
 
@@ -48,8 +48,8 @@ class PlotStore extends Store {
     if (this.live.has(source.name)) return "";
     if (this.live.size >= MOST_SERIES) return "A plot has at most " + MOST_SERIES + " series: remove one";
     const series = new Series(source),
-      takenNumbers = new Set([...this.live.values()].map((each) => each.number));
-    while (takenNumbers.has(series.number)) series.number += 1;
+      takenNumbers = new Set([...this.live.values()].map((each) => each.colourNumber));
+    while (takenNumbers.has(series.colourNumber)) series.colourNumber += 1;
     this.live.set(source.name, series);
     if (!this.app.recording) this.takePresentValue(series);
     this.changed();
@@ -74,15 +74,16 @@ class PlotStore extends Store {
   /** Let a live series begin with the present value, since events come only with the next change. */
   async takePresentValue(series) {
     const { kind, type, id, env, template, uid } = series.source,
-      now = this.app.status?.now_us || this.app.live.time,
-      sample = (event) => series.count || series.take({ ...event, kind, time_us: now });
+      nowUs = this.app.status?.now_us || this.app.live.time,
+      // an event during the request, or the first of several facts, is the first sample
+      takeFirst = (event) => series.count || series.take({ ...event, kind, time_us: nowUs });
     try {
       if (kind === "interface") {
         const { data } = await get("blackboard/interfaces/" + escapePart(type) + "/" + idPath(id) + "/data");
-        sample({ uid, values: data });
+        takeFirst({ uid, values: data });
       } else if (kind === "fact")
         for (const fact of await get(factsPath(env, template)))
-          sample({ env, template, asserted: true, text: fact.formatted });
+          takeFirst({ env, template, asserted: true, text: fact.formatted });
       this.notify();
     } catch {
       // the interface or the template does not exist yet: the line begins with its first event

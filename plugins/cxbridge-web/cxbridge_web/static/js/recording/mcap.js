@@ -73,7 +73,10 @@ class Bytes {
     const end = at + 4 + this.view.getUint32(at, true);
     return [this.string(at + 4, end), end];
   }
-  /** The records from one place to another, as far as they are whole: {op, begin, end}. */
+  /**
+   * The records between two places: {op, begin, end}, where begin and end are those of the content. The end
+   * of the last record is beyond `to` if the record was cut off.
+   */
   *records(from, to) {
     for (let at = from; at + HEAD <= to;) {
       const begin = at + HEAD,
@@ -86,14 +89,15 @@ class Bytes {
 
 /** The CLIPS files that are attached to a recording. */
 class Sources {
-  files = new Map(); // attachment -> text
-  paths = new Map(); // attachment -> path
-  startUs = null; // when the run began
+  files = new Map(); // name of the attachment -> text
+  paths = new Map(); // name of the attachment -> path
+  startUs = null; // when the run began; null: the file does not say
 
   /** Take a record of an attachment: two times, its name, its media type, its content. */
   takeAttachment(bytes, begin) {
     const [name, afterName] = bytes.text(begin + 16),
       [, at] = bytes.text(afterName);
+    // 8: the size of the content
     if (/^clips\/.*\.clp$/.test(name)) this.files.set(name, bytes.string(at + 8, at + 8 + bytes.long(at)));
   }
   /** Take a record of metadata: its name, and pairs of key and value. */
@@ -109,7 +113,7 @@ class Sources {
     if (name === "cxbridge.source" && values.attachment) this.paths.set(values.attachment, values.name);
   }
 
-  /** The files of an environment, in the order in which they were loaded: {path, core, text}. */
+  /** The files of an environment in the order of loading: {path, core: whether of the CX core, text}. */
   of(env) {
     const folder = "clips/" + env + "/",
       files = [...this.files]
@@ -125,7 +129,7 @@ class Sources {
 /**
  * Read a file, also if it is damaged or was cut off.
  * @param pause(share) awaited now and then, with the share of the file that was read (0 to 1)
- * @returns {events, notes, sources}: notes name unread parts, sources are the attached CLIPS files
+ * @returns {events, notes, sources}: notes are texts about unread parts, sources are the attached CLIPS files
  */
 export async function readMcap(fileBytes, pause) {
   const file = new Bytes(fileBytes),
@@ -183,6 +187,7 @@ export async function readMcap(fileBytes, pause) {
   }
   /** Read the records of a chunk, also if it was cut off. A damaged or packed chunk leads to a note. */
   function readChunk(bytes, begin, end) {
+    // 4: the size of the compression's name
     if (begin + CHUNK_HEAD + 4 > bytes.length) return; // cut off within its head
     const [compression, next] = bytes.text(begin + CHUNK_HEAD),
       inner = bytes.part(next + 8, end); // 8: the size of the records
@@ -207,6 +212,7 @@ export async function readMcap(fileBytes, pause) {
   function readSummary() {
     const footer = file.length - MAGIC.length - FOOTER_SIZE;
     if (footer < MAGIC.length || !isMcap(fileBytes.subarray(-MAGIC.length))) return;
+    // the place of the summary is 0 in a file without summary
     for (const { op, begin, end } of file.records(file.long(footer) || footer, footer))
       if (end <= footer && (op === OP.SCHEMA || op === OP.CHANNEL)) readers[op](file, begin, end);
   }
@@ -215,7 +221,7 @@ export async function readMcap(fileBytes, pause) {
   for (const { op, begin, end } of file.records(MAGIC.length, file.length)) {
     isEnded = op === OP.DATA_END;
     if (isEnded) break;
-    // of a chunk that was cut off the first records are whole
+    // the first records of a chunk that was cut off are whole
     if (end <= file.length || op === OP.CHUNK) readers[op]?.(file, begin, Math.min(end, file.length));
     await pause(end / file.length);
   }

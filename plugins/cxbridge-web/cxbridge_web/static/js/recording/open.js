@@ -7,7 +7,7 @@ import { Recording } from "cx/recording/run.js";
 import { failureOf } from "cx/story/causes.js";
 import { timesOf } from "cx/timeline/spans.js";
 
-const MOST_BYTES = 512 << 20, // 512 MiB
+const MOST_BYTES = 512 << 20, // the page holds the whole file in memory
   SLICE_MS = 30, // work without a pause
   CHECKED_EVENTS = 500; // events between two checks of the time
 const FORMATS =
@@ -47,8 +47,13 @@ async function withProgress(name, work, failed) {
   }
 }
 
-/** Open the bytes of a recording. @param server the functions of a server of recordings, see openLinked() */
-async function openBytes(app, name, bytes, pause, server) {
+/**
+ * Open the bytes of a recording.
+ * @param extras optional members from a server of recordings or a report: why(recording, kind, name, env)
+ * answers why; links: the actions of skill calls, see History.linkGuessed(); readLinks() returns a promise of
+ * the links
+ */
+async function openBytes(app, name, bytes, pause, extras) {
   const text = () => new TextDecoder().decode(bytes),
     { events, notes, sources } = await (isMcap(bytes) ? readMcap(bytes, pause) : readLines(text(), pause));
   if (!events.length) {
@@ -58,18 +63,18 @@ async function openBytes(app, name, bytes, pause, server) {
   const recording = new Recording(name, events, notes, sources),
     { history } = recording;
   await playAll(recording, pause);
-  recording.why = server.why && ((...question) => server.why(recording, ...question));
+  recording.why = extras.why && ((...question) => extras.why(recording, ...question));
   const isUnlinked =
-    history.calls.length && [...history.actions.values()].every(({ calls }) => !calls.length);
-  if (server.links && isUnlinked) history.linkGuessed(server.links);
+    history.calls.length > 0 && [...history.actions.values()].every(({ calls }) => !calls.length);
+  if (extras.links && isUnlinked) history.linkGuessed(extras.links);
   // a report opens at its failure, unless its address names a view and so is longer than "#/"
   if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(history) });
   app.look(recording);
   for (const note of notes) app.toast(note, true);
-  if (!server.readLinks || !isUnlinked) return;
+  if (!extras.readLinks || !isUnlinked) return;
   // later, because the server reads the whole recording for the links
   app.attempt(async () => {
-    history.linkGuessed(await server.readLinks());
+    history.linkGuessed(await extras.readLinks());
     recording.model.touch("goals");
   });
 }
@@ -77,7 +82,7 @@ async function openBytes(app, name, bytes, pause, server) {
 /** The time of the failure in microseconds, at which a report opens; null without a failure. */
 function failureTime(history) {
   const failure = failureOf(history);
-  return failure && timesOf(failure, history).end?.time;
+  return (failure && timesOf(failure, history).end?.time) ?? null;
 }
 
 /** Play all events of a recording. The page stays responsive. */
@@ -102,11 +107,11 @@ export function openPast(app, recording) {
   });
 }
 
-/** Open a recording; an error is shown. @param load() a promise of its bytes @param server see openBytes() */
-const open = (app, name, load, server = {}) =>
+/** Open a recording; an error is shown. @param load() a promise of its bytes @param extras see openBytes() */
+const open = (app, name, load, extras = {}) =>
   withProgress(
     name,
-    async (pause) => openBytes(app, name, await load(), pause, server),
+    async (pause) => openBytes(app, name, await load(), pause, extras),
     (error) => {
       if (!(error instanceof Cancelled)) app.toast(name + " could not be read: " + error.message, true);
     },
@@ -119,8 +124,8 @@ function openFile(app, file) {
   return open(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
 }
 
-/** The bytes of the recording or document inside the page. */
-export async function inside() {
+/** A promise of the bytes of the recording or document inside the page. */
+export async function bytesInside() {
   const packed = atob(document.getElementById("recording").textContent),
     bytes = Uint8Array.from(packed, (character) => character.charCodeAt(0)),
     unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -163,7 +168,7 @@ async function loadFromServer(url) {
 export async function openLinked(app) {
   if (SITE.inside) {
     const { name, links, notes, answers } = SITE.inside;
-    await open(app, name, inside, { links, why: answers && answerFrom(answers) });
+    await open(app, name, bytesInside, { links, why: answers && answerFrom(answers) });
     for (const note of notes) app.toast(note, true);
     return;
   }
@@ -172,11 +177,11 @@ export async function openLinked(app) {
   if (!path) return;
   const url = new URL(path, location.href);
   // a server of recordings knows the actions of skill calls that the recording lacks, and answers why
-  const server = firstRun && {
+  const extras = firstRun && {
     readLinks: async () => (await fetch(url + "?links")).json(),
     why: (...question) => askServer(url, ...question),
   };
-  await open(app, path.split("/").pop() || path, () => loadFromServer(url), server);
+  await open(app, path.split("/").pop() || path, () => loadFromServer(url), extras);
 }
 
 /** Let the user choose a file, and open it. */
@@ -209,6 +214,7 @@ export function dropZone(app) {
       openFile(app, event.dataTransfer.files[0]);
     },
   };
+  // without a check of the types: the depth never falls below 0
   document.addEventListener("dragleave", () => changeDepth(-1));
   for (const [type, call] of Object.entries(on))
     document.addEventListener(type, (event) => {

@@ -9,7 +9,7 @@ const STEP_KINDS = new Set(["goal", "plan-action", "skill"]);
 
 export class Recording {
   history = new History(); // of the whole run
-  read = 0; // the number of events in the history
+  readCount = 0; // the number of events in the history
   at = 0; // the number of events up to the moment
   listeners = new Set(); // called after each change of the moment
 
@@ -49,7 +49,7 @@ export class Recording {
   countBefore(time) {
     return countWhile(this.events, (event) => event.time_us < time);
   }
-  /** The log lines between two times. */
+  /** The log lines between two times, including those at both: {time, step, level, component, text}. */
   lines(from, to) {
     return this.events
       .slice(this.countBefore(from), this.countBefore(to + 1))
@@ -59,24 +59,25 @@ export class Recording {
 
   /**
    * Go to the moment after a number of events.
-   * @param time the time of the moment; null: that of the last event
+   * @param time the time of the moment; null: that of the last event, or the begin
    */
   goTo(count, time = null) {
-    const wanted = Math.max(0, Math.min(this.events.length, count));
+    const wantedCount = Math.max(0, Math.min(this.events.length, count));
     // a model cannot undo events: it starts again
-    if (wanted < this.at) {
+    if (wantedCount < this.at) {
       this.model.clear();
       this.at = 0;
     }
-    while (this.read < wanted) {
-      const event = this.events[this.read++];
+    while (this.readCount < wantedCount) {
+      const event = this.events[this.readCount++];
       this.history.apply(event);
       event.step = this.history.steps;
     }
-    while (this.at < wanted) this.model.apply(this.events[this.at++]);
+    while (this.at < wantedCount) this.model.apply(this.events[this.at++]);
     this.time = time ?? (this.at ? this.events[this.at - 1].time_us : this.begin);
     for (const listener of this.listeners) listener();
   }
+  /** Go to a step; 0: the begin. At the last step the events after it count too, so that the run is whole. */
   goToStep(number) {
     const isLast = number >= this.steps.length;
     this.goTo(number <= 0 ? 0 : isLast ? this.events.length : this.steps[number - 1]);
@@ -130,7 +131,7 @@ export class Past {
     this.isWhole = false;
   }
 
-  /** Whether the events up to a moment are known. */
+  /** Whether the events up to a moment have come: the latest is not before it. */
   reaches(time) {
     return this.latest >= time;
   }

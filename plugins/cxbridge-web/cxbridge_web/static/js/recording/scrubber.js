@@ -29,18 +29,19 @@ export function scrubber(app) {
     runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null,
     name = el("b.main-text", { hidden: Boolean(runs) }),
     speeds = choice({ id: "speed", "aria-label": "speed" }, () => {}),
-    step = (text, by, label) => button(text, () => app.recording.step(by), { "aria-label": label });
+    stepButton = (text, by, label) => button(text, () => app.recording.step(by), { "aria-label": label });
   function toLive() {
     halt();
     if (app.recording) app.look(null);
     else app.select({ time: null });
   }
-  const steps = el(
+  const controls = el(
       "div.scrub-line",
-      ...[step("◂", -1, "one step back"), play, step("▸", 1, "one step forward"), slider, speeds],
+      ...[stepButton("◂", -1, "one step back"), play, stepButton("▸", 1, "one step forward")],
+      ...[slider, speeds],
     ),
     liveButton = button("Back to live", toLive, { id: "to-live", hidden: Boolean(app.runs) });
-  bar.append(el("div.scrub-line", runs, name, momentText, el("span.grow"), liveButton), steps);
+  bar.append(el("div.scrub-line", runs, name, momentText, el("span.grow"), liveButton), controls);
   let timer = null,
     frame = 0,
     shownRecording = null;
@@ -55,7 +56,10 @@ export function scrubber(app) {
   }
   function toggle() {
     const { recording } = app;
-    if (timer) return halt();
+    if (timer) {
+      halt();
+      return;
+    }
     if (recording.at === recording.events.length) recording.goTo(0);
     showPlaying(true);
     let steppedAt = performance.now();
@@ -64,13 +68,14 @@ export function scrubber(app) {
       if (app.recording !== recording || recording.at === recording.events.length) halt();
       else if (speeds.value !== "step")
         recording.goToTime(recording.time + passedMs * 1000 * Number(speeds.value));
-      else if (passedMs > 2 * PLAY_MS) recording.step(1);
+      else if (passedMs > 2 * PLAY_MS)
+        recording.step(1); // step by step: about every third period
       else return;
       steppedAt = performance.now();
     }, PLAY_MS);
-    return timer;
   }
   slider.addEventListener("input", () => {
+    // a slider may move several times a frame
     frame ||= requestAnimationFrame(() => {
       frame = 0;
       app.recording?.goToStep(Number(slider.value));
@@ -92,7 +97,7 @@ export function scrubber(app) {
     const { recording } = app,
       { time } = app.selection.value;
     bar.hidden = !recording && (time === null || Boolean(app.runs));
-    steps.hidden = !recording;
+    controls.hidden = !recording;
     if (!recording) {
       shownRecording = null;
       if (time === null) return;
@@ -101,10 +106,10 @@ export function scrubber(app) {
       return;
     }
     if (recording !== shownRecording) showRecording(recording);
-    const { stepNumber: number, steps: allSteps, stepText } = recording,
+    const { stepNumber, steps, stepText } = recording,
       text = clockText(recording.time, 3) + ", " + stepText;
-    slider.value = number;
-    momentText.textContent = "  " + number + " of " + allSteps.length + " · " + text;
+    slider.value = stepNumber;
+    momentText.textContent = "  " + stepNumber + " of " + steps.length + " · " + text;
     slider.setAttribute("aria-valuetext", text);
   }
   app.onChange(draw);

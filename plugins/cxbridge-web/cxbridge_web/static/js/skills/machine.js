@@ -10,19 +10,20 @@ const QUOTED = '"((?:\\\\.|[^"\\\\])*)"',
     "gs",
   ),
   ATTRIBUTE = new RegExp(`(\\w+)\\s*=\\s*${NAME}`, "gs"),
-  DEFAULTS = ["graph", "node", "edge"];
+  DEFAULTS = ["graph", "node", "edge"]; // names that give default attributes, and are no states
 // the colours of Fawkes' graphs: taken transitions, and the two ends
 const TAKEN = "#ff8000",
   ICONS = { "#6fdd6f": "✓ ", "#ff8080": "✗ " };
 
-/** A label without the escapes of the dot language: \n, \l and \r end a line there. */
-const plain = (text) => text.replace(/\\([nlr])/g, " ").replace(/\\(.)/g, "$1");
+/** A label without the escapes of the dot language; \n, \l and \r, which end a line there, become spaces. */
+const plainText = (text) => text.replace(/\\([nlr])/g, " ").replace(/\\(.)/g, "$1");
 
 /** @returns {Map<string, {label, icon, isActive, next: {to, label, isTaken}[]}>} the states by their names */
 export function statesOf(graph) {
   const states = new Map(),
-    state = (name) => {
-      if (!states.has(name)) states.set(name, { label: plain(name), icon: "", isActive: false, next: [] });
+    stateOf = (name) => {
+      if (!states.has(name))
+        states.set(name, { label: plainText(name), icon: "", isActive: false, next: [] });
       return states.get(name);
     };
   for (const [, quoted, bare, quotedTo, bareTo, attributeText] of graph.matchAll(STATEMENT)) {
@@ -32,12 +33,13 @@ export function statesOf(graph) {
       valueOf = ([, key, quotedValue, bareValue]) => [key, quotedValue ?? bareValue],
       { label, taillabel, color, active } = Object.fromEntries(attributes.map(valueOf));
     if (to !== undefined) {
-      const text = [taillabel, label].filter(Boolean).map(plain).join(": ");
-      state(name).next.push({ to, label: text, isTaken: Boolean(taillabel) || color === TAKEN });
-      state(to);
+      // Fawkes writes a tail label, the indices in its trace, only for transitions that were taken
+      const text = [taillabel, label].filter(Boolean).map(plainText).join(": ");
+      stateOf(name).next.push({ to, label: text, isTaken: Boolean(taillabel) || color === TAKEN });
+      stateOf(to);
     } else if (attributeText !== undefined && !DEFAULTS.includes(name))
-      Object.assign(state(name), {
-        ...{ label: plain(label ?? name), icon: ICONS[color] ?? "", isActive: active === "true" },
+      Object.assign(stateOf(name), {
+        ...{ label: plainText(label ?? name), icon: ICONS[color] ?? "", isActive: active === "true" },
       });
   }
   return states;

@@ -8,7 +8,7 @@ export const STATUS = "SkillerInterface::";
 export const DEBUG = "SkillerDebugInterface::";
 const MOST_CALLS = 50;
 
-/** Whether a call is of a Skiller; with several agents the Skiller's id is AGENT/ID. */
+/** A test of calls: whether a call is of a Skiller; with several agents the Skiller's id is AGENT/ID. */
 const isOf = (skiller) => (call) => call.skiller === skiller || call.lane === skiller;
 /** The state in the values of a SkillerInterface. */
 const stateOf = ({ skill_string: text, status, error, exclusive_controller: controller }) => ({
@@ -39,13 +39,16 @@ export function skillerState(model, skiller, active) {
   return state;
 }
 
-/** The state of a Skiller without SkillerDebugInterface. */
+/**
+ * Read the state of a Skiller without SkillerDebugInterface, in the form of the API's answer: see
+ * skillerState().
+ */
 export async function readStatus(skiller) {
   const { data } = await get("blackboard/interfaces/SkillerInterface/" + idPath(skiller) + "/data");
   return { ...data, "skill-string": data.skill_string, graph: "" };
 }
 
-/** The latest calls of a Skiller, or of one of its skills, the last call first. */
+/** The latest MOST_CALLS calls of a Skiller, or of one of its skills, the last call first. */
 export const callsOf = (model, skiller, skill = "") =>
   model.calls
     .filter((call) => isOf(skiller)(call) && (!skill || skillOf(call.text) === skill))
@@ -69,16 +72,19 @@ export function callList(calls) {
  * @param names the skills that the Skiller lists
  * @param executors the executors of its skill board: {id, skills}
  * @param calls its calls, the last call first
- * @returns {name, who, status}: the executors of the skill, and the status of its last call
+ * @returns {name, executorText, status}: the ids of the skill's executors, and the status of its last call;
+ * undefined without a call
  */
 export function knownSkills(names, executors, calls) {
   const executorIds = new Map(names.map((name) => [name, []])), // by skill
     lastStatus = new Map(calls.toReversed().map(({ text, status }) => [skillOf(text), status]));
   for (const { id, skills } of executors)
     for (const skill of skills) executorIds.set(skill, [...(executorIds.get(skill) || []), id]);
-  return [...new Set([...executorIds.keys(), ...lastStatus.keys()])]
-    .sort()
-    .map((name) => ({ name, who: (executorIds.get(name) || []).join(", "), status: lastStatus.get(name) }));
+  return [...new Set([...executorIds.keys(), ...lastStatus.keys()])].sort().map((name) => ({
+    name,
+    executorText: (executorIds.get(name) || []).join(", "),
+    status: lastStatus.get(name),
+  }));
 }
 
 export const EXECUTOR = "SkillExecutorInterface";
@@ -86,9 +92,9 @@ export const EXECUTOR = "SkillExecutorInterface";
 /** The executors, {id, agent, skills}, in an answer of the API and in the events, which are newer. */
 export function executorsOf(model, answer) {
   const values = new Map(answer.map(({ id, data }) => [id, data]));
-  for (const [uid, each] of model.interfaces) {
+  for (const [uid, known] of model.interfaces) {
     const [type, id] = uid.split("::");
-    if (type === EXECUTOR) values.set(id, each.values);
+    if (type === EXECUTOR) values.set(id, known.values);
   }
   return [...values].map(([id, { agent = "", skills = "" }]) => ({
     id,

@@ -7,13 +7,13 @@ import { pathTo } from "cx/timeline/host.js";
 import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
-const DEEPEST = 50, // causes in a chain
-  LATE_FACTOR = 2, // a late call lasts longer than so many times the longest earlier call
+const DEEPEST = 50, // causes in a chain, and levels of goals that are searched for open work
+  LATE_FACTOR = 2, // a late call lasts longer than this multiple of the longest earlier call
   LATE_US = 5e6; // shorter calls are not late
 
-const forests = new WeakMap(); // history -> its roots, the goals below each goal, and their shape
+const forests = new WeakMap(); // history -> its trees, and the shape from which they were made
 
-/** The trees of the goals of a history: {roots, children: key -> goals}. */
+/** The trees of the goals of a history, see forestOfGoals(); made again when its shape changes. */
 export function forestOf(history) {
   const known = forests.get(history),
     { shape } = history;
@@ -50,7 +50,7 @@ const hasOpenWork = (item, history, depth = 0) =>
 /**
  * Choose the most likely cause among the items with an outcome. If the outcome is open, that is the first
  * item with open actions, since a goal without a plan may wait for the end of another goal; else the item
- * that ended last.
+ * that ended last. Undefined without such an item.
  */
 function chooseCause(items, outcome, history) {
   const candidates = items.filter((item) => outcomeAt(item) === outcome);
@@ -67,10 +67,10 @@ function causeBelow(item, outcome, history) {
   if (item.kind === "action") return chooseCause(item.calls, outcome, history) || null;
   const actions = ofLastAttempt(item, item.actions),
     children = ofLastAttempt(item, forestOf(history).children.get(item.key) || []);
-  const wanted = { rejected: ["rejected", "failed"], running: ["running", "formulated"] }[outcome] || [
+  const partOutcomes = { rejected: ["rejected", "failed"], running: ["running", "formulated"] }[outcome] || [
     outcome,
   ];
-  for (const partOutcome of wanted) {
+  for (const partOutcome of partOutcomes) {
     const cause = chooseCause(actions, partOutcome, history) || chooseCause(children, partOutcome, history);
     if (cause) return cause;
   }
@@ -94,17 +94,20 @@ export function causes(item, history) {
   return links;
 }
 
-/** Whether a goal in execution waits for an action that has not started. */
+/** Whether a goal in execution waits for an action or a sub-goal that has not started. */
 export const isBlocked = (goal, history) =>
   outcomeAt(goal) === "running" && causes(goal, history).at(-1).outcome === "formulated";
 
-/** How often a failed skill failed, and where: "; it failed 3 of 3 times (robot1, robot2, robot1)". */
+/**
+ * How often a failed skill failed, and where: "; it failed 3 of 3 times (robot1, robot2, robot1)"; "" for
+ * once.
+ */
 function repeated(call, { calls }) {
   const sameCalls = calls.filter(({ text, end }) => end && text === call.text),
-    failed = sameCalls.filter((each) => outcomeAt(each) === "failed");
-  if (failed.length < 2) return "";
-  const robots = failed.map(({ skiller }) => skiller).join(", ");
-  return "; it failed " + failed.length + " of " + sameCalls.length + " times (" + robots + ")";
+    failedCalls = sameCalls.filter((each) => outcomeAt(each) === "failed");
+  if (failedCalls.length < 2) return "";
+  const robots = failedCalls.map(({ skiller }) => skiller).join(", ");
+  return "; it failed " + failedCalls.length + " of " + sameCalls.length + " times (" + robots + ")";
 }
 
 /** A sentence about the outcome of an item, with its error. */
@@ -124,14 +127,18 @@ function sentence(item, outcome, history) {
   return probably + item.skiller + verb + item.text + error + repeated(item, history);
 }
 
-/** The first cause of a failed or rejected item, in words; "" for other outcomes. */
+/**
+ * The deepest cause of a failed or rejected item, in words; "" for other outcomes, and without a known cause.
+ */
 export function reasonOf(item, history) {
   if (!["failed", "rejected"].includes(outcomeAt(item))) return "";
   const last = causes(item, history).at(-1);
   return last.item.kind === "goal" ? errorOf(last.item) || (last.item === item ? "" : last.text) : last.text;
 }
 
-/** The first cause of the first failure of a run; null: nothing failed. */
+/**
+ * The deepest cause of the first failed root goal: a goal, an action or a call. Null: no root goal failed.
+ */
 export function failureOf(history) {
   const failed = forestOf(history).roots.find((goal) => outcomeAt(goal) === "failed");
   return failed ? causes(failed, history).at(-1).item : null;
@@ -148,17 +155,19 @@ export function overcomeFailures(history) {
 /**
  * The running calls that last much longer than all earlier calls of their skill.
  * @param now microseconds
- * @returns a Map: call -> the longest earlier duration
+ * @returns a Map: call -> the longest earlier duration, microseconds
  */
 export function lateCalls(history, now) {
   const open = history.calls.filter(({ end }) => !end),
     longestUs = new Map(); // skill -> the longest duration of its finished calls
+  // without open calls, the durations are not needed
   for (const call of open.length ? history.calls : []) {
     const skill = skillOf(call.text),
       durationUs = call.end ? call.end.time - call.begin.time : 0;
     longestUs.set(skill, Math.max(longestUs.get(skill) || 0, durationUs));
   }
-  const callsAndTimes = open.map((call) => [call, longestUs.get(skillOf(call.text))]),
-    isLate = ([{ begin }, before]) => before && now - begin.time > Math.max(LATE_US, before * LATE_FACTOR);
-  return new Map(callsAndTimes.filter(isLate));
+  const callsAndLongest = open.map((call) => [call, longestUs.get(skillOf(call.text))]),
+    isLate = ([{ begin }, beforeUs]) =>
+      beforeUs && now - begin.time > Math.max(LATE_US, beforeUs * LATE_FACTOR);
+  return new Map(callsAndLongest.filter(isLate));
 }

@@ -9,10 +9,10 @@ import { pathTo } from "cx/timeline/host.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 import { ask, causeList } from "cx/why.js";
 
-const MOST = 6, // entries of a list
+const MOST_ENTRIES = 6, // of a list
   ASK_MS = 3000, // the shortest time between two questions to the server
   STILL_US = 5e6; // a run without transitions for this time stands still
-// the order of the wanted goals
+// the order of the root goals by outcome
 const RANK = { failed: 0, running: 1, formulated: 2, rejected: 3, completed: 4, retracted: 5 };
 
 export class Story {
@@ -21,7 +21,7 @@ export class Story {
     this.answers = []; // the server's answers to why, {env, wrong, unknown} of each agent
     this.question = ""; // identifies the last question to the server
     this.askedAt = -Infinity;
-    this.tellsAll = false; // the user has opened the list of all reasons
+    this.showsAllReasons = false; // the user has opened their list
   }
 
   /** Whether the run is over; a recording always is. */
@@ -29,7 +29,7 @@ export class Story {
     const { app, isLive } = this.host;
     return !isLive || Boolean(app.status?.result);
   }
-  /** Whether a run has had no transition for some time. */
+  /** Whether a run has had no transition for STILL_US. */
   get isStill() {
     const { history } = this.host;
     return history.steps > 0 && this.host.now().time - history.stepTimes.at(-1) > STILL_US;
@@ -41,8 +41,11 @@ export class Story {
     return [history.revision, this.answers, isLive ? Math.floor(this.host.now().time / 1e6) : 0];
   }
 
-  /** Ask the server why after further failures or a standstill, at most once in ASK_MS. */
-  async ask(wrongGoals, later) {
+  /**
+   * Ask the server why after further failures or a standstill, at most once in ASK_MS.
+   * @param onAnswer called when the server has answered
+   */
+  async ask(wrongGoals, onAnswer) {
     const { app } = this.host,
       question = JSON.stringify([wrongGoals.map(({ key }) => key), this.isStill]);
     if (!wrongGoals.length || question === this.question || performance.now() - this.askedAt < ASK_MS) return;
@@ -53,11 +56,11 @@ export class Story {
       answers = await Promise.allSettled([...envs].map(answerOf));
     // without a server, the causes in the events remain
     this.answers = answers.flatMap(({ value }) => value ?? []);
-    if (this.answers.length) later();
+    if (this.answers.length) onAnswer();
   }
 
-  /** Return the story. @param later called when the server has answered */
-  draw(later) {
+  /** Return the node of the story. @param onAnswer see ask() */
+  draw(onAnswer) {
     const { history, isLive } = this.host,
       now = this.host.now(),
       roots = [...forestOf(history).roots].sort((a, b) => RANK[outcomeAt(a)] - RANK[outcomeAt(b)]);
@@ -73,16 +76,16 @@ export class Story {
       isStanding = waiting.length > 0 && !open.length && (this.isOver || this.isStill);
     this.isStanding = isStanding;
     const wrongGoals = isStanding ? [...failed, ...waiting] : failed;
-    this.ask(wrongGoals, later);
+    this.ask(wrongGoals, onAnswer);
     return el(
       "div.story",
       this.headline(roots, waiting, isStanding, now),
-      this.section("Wanted", roots, (goal) => this.goal(goal)),
+      this.section("Wanted", roots, (goal) => this.goalEntry(goal)),
       (isLive || waiting.length > 0) &&
-        this.section(isLive ? "Now" : "At the end", open, (call) => this.call(call, late, now)),
-      this.wrong(wrongGoals),
-      this.section("Failed on the way", overcomeFailures(history), (goal) => this.failed(goal), true),
-      this.counts(),
+        this.section(isLive ? "Now" : "At the end", open, (call) => this.callEntry(call, late, now)),
+      this.reasonSection(wrongGoals),
+      this.section("Failed on the way", overcomeFailures(history), (goal) => this.failureEntry(goal), true),
+      this.countLine(),
     );
   }
 
@@ -117,12 +120,12 @@ export class Story {
   }
 
   section(title, items, entry, isLatest = false) {
-    return listSection(title, items, entry, { most: MOST, isLatest });
+    return listSection(title, items, entry, { most: MOST_ENTRIES, isLatest });
   }
   link(item, text) {
     return link(this.host.href(pathTo(item)), text);
   }
-  goal(goal) {
+  goalEntry(goal) {
     const outcome = outcomeAt(goal);
     return [
       this.link(goal, goal.id),
@@ -133,10 +136,11 @@ export class Story {
         : outcomeBadge(...(outcome === "running" && this.isStanding ? ["formulated", "waiting"] : [outcome])),
     ];
   }
-  failed(goal) {
+  failureEntry(goal) {
     return [this.link(goal, goal.id), " ", reasonOf(goal, this.host.history) || errorOf(goal)];
   }
-  call(call, late, now) {
+  /** @param late the late calls, see lateCalls() */
+  callEntry(call, late, now) {
     const longestUs = late.get(call);
     return [
       el.b(call.skiller),
@@ -153,15 +157,16 @@ export class Story {
     while (cause?.because.length) [cause] = cause.because;
     return cause ? cause.text : wrong[0].text;
   }
-  wrong(goals) {
+  /** The section with the causes of each goal, and the server's answers; null without goals. */
+  reasonSection(goals) {
     if (!goals.length) return null;
     const { app, history } = this.host,
       answers = this.answers.filter(({ wrong }) => wrong.length),
       envs = goals.map(({ env }) => env),
       isMany = new Set(envs).size > 1;
-    const chains = goals.slice(0, MOST).map((goal, at) => {
+    const chains = goals.slice(0, MOST_ENTRIES).map((goal, at) => {
       const list = chain(this.host, goal, history, isMany),
-        // once for each agent
+        // the server's answer is about an agent: it stands at the agent's first goal
         answer = envs.indexOf(goal.env) === at && answers.find(({ env }) => env === goal.env),
         isKnown = causes(goal, history).at(-1).item.kind === "skill";
       if (answer && !isKnown) list.append(el.li(dim("because "), el.b(linked(app, this.rootCause(answer)))));
@@ -173,7 +178,7 @@ export class Story {
       (unknown || []).map((text) => el("p.dim.small", text)),
     ];
     const rememberOpen = ({ target }) => {
-      this.tellsAll = target.open;
+      this.showsAllReasons = target.open;
     };
     return el(
       "section.story-why",
@@ -181,14 +186,14 @@ export class Story {
       chains,
       answers.length > 0 &&
         el.details(
-          { open: this.tellsAll, on: { toggle: rememberOpen } },
+          { open: this.showsAllReasons, on: { toggle: rememberOpen } },
           el.summary("All reasons, with the rules that decided"),
           answers.map(reasons),
         ),
     );
   }
 
-  counts() {
+  countLine() {
     const { goals, calls, errors } = this.host.history,
       outcomes = [...goals.values()].map((goal) => goalOutcome(goal.changes.at(-1))),
       counts = OUTCOME_NAMES.map((name) => [name, outcomes.filter((each) => each === name).length]);
@@ -201,7 +206,7 @@ export class Story {
           at ? ", " : "",
           link("#/goals?goal=&outcome=" + escapePart(name), count + " " + OUTCOMES[name].word),
         ]),
-      ". " + calls.length + " skill calls. ",
+      ". " + plural(calls.length, "skill call") + ". ",
       errors.length
         ? link("#/log?time=" + errors[0].time, plural(errors.length, "error") + " in the log")
         : "No errors in the log.",

@@ -10,7 +10,10 @@ export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
 /** The executor of a lane, with its agent; the id of a Skiller. */
 export const nameOfLane = (lane) => lane.replace(/^board \/?/, "");
 
-/** The agent and the id of an interface; with several agents, its name ends with AGENT/ID. */
+/**
+ * The agent and the id of an interface; with several agents, its name ends with AGENT/ID. The agent is ""
+ * without one.
+ */
 export function agentAndId(uid) {
   const [, agent = "", id] = /::(?:(.*)\/)?([^/]*)$/s.exec(uid);
   return [agent, id];
@@ -38,7 +41,7 @@ function parameterWords(parameters) {
   }
   const pairs = values && typeof values === "object" && !Array.isArray(values) ? Object.entries(values) : [];
   return pairs
-    .filter(([name]) => name !== "mapped_action")
+    .filter(([name]) => name !== "mapped_action") // the skill string, not a parameter of the skill
     .map(([name, value]) => (/^\d+$/.test(name) ? String(value) : name + "=" + value));
 }
 
@@ -50,7 +53,9 @@ export class BoardMessages {
   }
 
   /**
-   * The changes in a message: a list of {type, agent, executor, request, text, progress, status, succeeded}.
+   * The changes in a message: a list of {type, agent, executor, request, text, progress, status,
+   * hasSucceeded}. Type: CONFIRM, FEEDBACK, FINISH or another message's name; only FEEDBACK and FINISH have a
+   * status, and only FINISH has `hasSucceeded`.
    */
   read(event) {
     const ticket = event.outcome === "refused" ? null : ticketOf(event);
@@ -81,7 +86,7 @@ export class BoardMessages {
     if (type === "FEEDBACK") return [{ ...change, status: values.text || "" }];
     if (type !== "FINISH") return [change];
     if (outcome !== "REFUSED") this.requests.delete(ticket); // else the master asks another executor
-    const succeeded = outcome === "SUCCEEDED";
-    return [{ ...change, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
+    const hasSucceeded = outcome === "SUCCEEDED";
+    return [{ ...change, hasSucceeded, status: hasSucceeded ? values.text || "" : values.error || outcome }];
   }
 }

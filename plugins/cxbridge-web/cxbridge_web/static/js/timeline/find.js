@@ -28,6 +28,7 @@ export function findAt({ window, history, now, rowHeight, rows, marks, scroll },
     return mark ? { mark } : null;
   }
   const row = rows[Math.floor((y - AXIS - MARKS + scroll) / rowHeight)];
+  // tails are not drawn
   const isAt = (span) => span.part !== "tail" && isWithin(span, value, window, now, slack / 3);
   const findAmong = (items) => {
     for (const item of items) {
@@ -37,9 +38,10 @@ export function findAt({ window, history, now, rowHeight, rows, marks, scroll },
     return null;
   };
   if (!row || row.kind === "group") return row ? { row } : null;
-  if (row.kind === "robot") return findAmong(row.item) || { row };
-  const inside = row.kind === "goal" && !row.isSummary && findAmong(row.item.actions);
-  return (inside && inside.span.part === "run" ? inside : findAmong([row.item])) || { row };
+  if (row.kind === "robot") return findAmong(row.item) || { row }; // its calls
+  // the bar of a goal contains the runs of its actions, but not their waits
+  const actionHit = row.kind === "goal" && !row.isSummary && findAmong(row.item.actions);
+  return (actionHit && actionHit.span.part === "run" ? actionHit : findAmong([row.item])) || { row };
 }
 
 function nameOf({ kind, id, cls, name, skiller, text }) {
@@ -80,7 +82,7 @@ export class Tip {
       details.map((line) => el.span(line)),
     );
     box.hidden = false;
-    // the tip is beside the pointer by some pixels, so that the pointer does not cover it
+    // some pixels beside the pointer, so that the pointer does not cover the tip
     const mostLeft = Math.max(0, canvas.clientWidth - box.offsetWidth),
       below = y + 18,
       isLow = below + box.offsetHeight > canvas.clientHeight;

@@ -11,7 +11,7 @@ const MOST_GOALS = 20000,
   MOST_CHANGES = 400; // of a goal or an action, see append()
 const SKILLER = "SkillerInterface::",
   EXECUTOR = "SkillExecutorInterface::",
-  NOT_SENT = new Set(["FORMULATED", "PENDING"]);
+  NOT_SENT = new Set(["FORMULATED", "PENDING"]); // states of an action before its skill is requested
 
 /** A moment: microseconds, and the number of transitions up to then. */
 const pointAt = (time, step) => ({ time, step });
@@ -28,7 +28,7 @@ export const lastUpTo = (list, step, stepOf = (each) => each.step) =>
 /** The last goal or action that began at or before a step. */
 const lifeAt = (lives, step) => lastUpTo(lives, step, ({ changes }) => changes[0]?.step ?? Infinity);
 
-/** The actions or sub-goals of the goal's present attempt: a goal may be tried again. */
+/** The actions or sub-goals of a goal's last attempt up to a step: a goal may be tried again. */
 export function ofLastAttempt({ changes }, items, step = Infinity) {
   const past = changes.slice(
       0,
@@ -82,7 +82,10 @@ export class History {
     this.stepTimes = []; // the time of each step
   }
 
-  /** The skill calls, in order. Calls of a skill board are also calls of its Skillers. */
+  /**
+   * The skill calls, in order. Calls of a skill board are also calls of its Skillers: if there are both, only
+   * the board's count, unless executives report the calls of Skillers.
+   */
   get calls() {
     const { skillerCalls, boardCalls } = this;
     return skillerCalls.length && (this.executiveLanes.size || !boardCalls.length)
@@ -183,7 +186,8 @@ export class History {
 
   /**
    * Add a goal of the API's list whose events are missing.
-   * @returns an event in place of the missing events; null for a known goal
+   * @returns an event in place of the missing events; null for a known goal in this mode, and for a known
+   * goal if the history has later events
    */
   addMissingGoal({ name, env, cls, subType, parent, mode, outcome, error }, time) {
     const known = this.goals.get(this.keyOf(env, name)),
@@ -276,8 +280,9 @@ export class History {
   }
 
   /**
-   * Apply the state of a Skiller, of its interface or of an executive's event. Each call has a message
-   * number. A `lane`, such as a Skiller, runs one skill at a time.
+   * Apply a state of a lane, from the interface of a Skiller, an executive's event or a skill board. A lane
+   * runs one skill at a time, and each of its calls has a message number.
+   * @param request the name or number of a request to a skill board; undefined for a Skiller
    */
   applySkillState({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),
@@ -341,7 +346,7 @@ export class History {
     const lanes = [...this.lastCalls.keys()];
     return this.lastCalls.has(id) ? id : lanes.find((lane) => lane.endsWith("/" + id)) || id;
   }
-  /** The lanes of the robots with their calls, including robots without calls. */
+  /** A Map of the robots: lane -> calls, [] for a robot without calls. */
   get lanes() {
     const { calls } = this,
       lanes = new Map(Map.groupBy(calls, (call) => call.lane)),
@@ -355,7 +360,7 @@ export class History {
 
   on_message(event) {
     for (const change of this.board.read(event)) {
-      const { type, agent, executor, request, text, progress, status, succeeded } = change,
+      const { type, agent, executor, request, text, progress, status, hasSucceeded } = change,
         lane = laneOf(agent, executor),
         call = this.lastCalls.get(lane);
       if (type === "CONFIRM") {
@@ -374,7 +379,7 @@ export class History {
         const lastFeedback = (Math.round(progress * 100) + "% " + status).trimEnd();
         call.text = text + ": " + call.feedbacks + " feedback messages, the last: " + lastFeedback;
       } else if (type === "FINISH")
-        this.endCall(call, succeeded ? "S_FINAL" : "S_FAILED", succeeded ? "" : status);
+        this.endCall(call, hasSucceeded ? "S_FINAL" : "S_FAILED", hasSucceeded ? "" : status);
     }
   }
 

@@ -4,33 +4,33 @@ import { gestures } from "cx/canvas.js";
 const STEP = 0.15, // a key pans by this share of the width
   ZOOM_IN = 0.6; // a key zooms by this factor of the visible time
 
-/** @param surface the canvas @param component the timeline */
-export function pointerInput(surface, component) {
-  const { window } = component;
+/** Listen to the pointer. @param surface the node of the timeline's canvas */
+export function pointerInput(surface, timeline) {
+  const { window } = timeline;
   gestures(surface, {
     pan(dx, dy) {
       if (dx) window.pan(-dx);
-      component.scrollBy(-dy);
+      timeline.scrollBy(-dy);
     },
     zoom: (factor, x) => window.zoom(1 / factor, x),
-    point: (x, y) => component.hover([x, y]),
-    leave: () => component.hover(null),
-    press: (x, y) => component.clickAt(x, y),
+    point: (x, y) => timeline.hover([x, y]),
+    leave: () => timeline.hover(null),
+    press: (x, y) => timeline.clickAt(x, y),
     /** A press on the axis chooses the moment. */
     grab(x, y) {
-      const choose = (at) => component.setCursorAt(at);
-      if (!component.isAxis(y)) return null;
+      const choose = (at) => timeline.setCursorAt(at);
+      if (!timeline.isAxis(y)) return null;
       choose(x);
       return choose;
     },
   });
-  surface.addEventListener("dblclick", ({ offsetX }) => component.zoomAt(offsetX));
+  surface.addEventListener("dblclick", ({ offsetX }) => timeline.zoomAt(offsetX));
 }
 
 /** The keys of the timeline; the tree of names has further keys. */
-export function keyInput(box, component) {
-  const { window } = component,
-    zoom = (factor) => window.zoom(factor, component.cursorX),
+export function keyInput(box, timeline) {
+  const { window } = timeline,
+    zoom = (factor) => window.zoom(factor, timeline.cursorX),
     pan = (share) => window.pan(share * window.width);
   const actions = {
     "+": () => zoom(ZOOM_IN),
@@ -41,11 +41,11 @@ export function keyInput(box, component) {
     a: () => pan(-STEP),
     d: () => pan(STEP),
     0: () => window.fit(),
-    f: () => component.zoomToSelection(),
-    n: () => component.toNow(),
-    e: () => component.toError(1),
-    E: () => component.toError(-1),
-    Backspace: () => component.up(),
+    f: () => timeline.zoomToSelection(),
+    n: () => timeline.toNow(),
+    e: () => timeline.toError(1),
+    E: () => timeline.toError(-1),
+    Backspace: () => timeline.up(),
   };
   const shifted = { ArrowLeft: () => pan(-STEP), ArrowRight: () => pan(STEP) };
   const press = (event) => {

@@ -8,14 +8,13 @@ const HEIGHT = 34, // pixels: the height of the strip, as in css/timeline.css
   GRAB_DISTANCE = 8; // pixels around an end of the frame at which it can be grabbed
 
 export class Overview {
-  /** @param component the timeline: {window, rows, history, now, marks} */
-  constructor(component) {
-    this.component = component;
+  constructor(timeline) {
+    this.timeline = timeline;
     this.canvas = new Canvas((...args) => this.paint(...args), { class: "tl-overview" });
     this.picture = el.canvas(); // the strip without the frame, which changes more often
     this.sign = ""; // identifies the content of the picture
     const { node } = this.canvas,
-      { window } = component;
+      { window } = timeline;
     gestures(node, {
       pan: (dx) => window.pan(-dx),
       zoom: (factor, x) => window.zoom(1 / factor, window.x(this.valueAt(x))),
@@ -31,7 +30,7 @@ export class Overview {
 
   /** The range of the whole run. */
   get whole() {
-    return this.component.window.whole();
+    return this.timeline.window.whole();
   }
   valueAt(x) {
     const { from, to } = this.whole;
@@ -50,7 +49,7 @@ export class Overview {
    * @returns the function that gets the pixels to which the pointer is dragged
    */
   grab(x) {
-    const { window } = this.component,
+    const { window } = this.timeline,
       begin = this.valueAt(x),
       isLeft = this.isNear(x, window.from),
       isRight = this.isNear(x, window.to);
@@ -67,7 +66,7 @@ export class Overview {
 
   /** For each pixel, the number of running goals, and 1 for a failure: {running, failed}. */
   countGoals(width) {
-    const { history, now, window, rows } = this.component,
+    const { history, now, window, rows } = this.timeline,
       size = Math.ceil(width) + 1,
       changes = new Int32Array(size + 1), // of the number of running goals, at each pixel
       failed = new Uint8Array(size);
@@ -90,7 +89,7 @@ export class Overview {
     this.canvas.draw();
   }
   paint(context, width, height, colours) {
-    const { window, history, now, rows, cursorValue } = this.component,
+    const { window, history, now, rows, cursorValue } = this.timeline,
       { node } = this.canvas,
       { from, to } = this.whole,
       state = [node.width, history.revision, now.time, from, to, window.axis, colours.back, ...rows.outcomes];
@@ -113,7 +112,7 @@ export class Overview {
       if (hasFailure) fillBox(context, outcomes.failed.fill, x - 1, 1, 3, 6);
   }
   paintFrame(context, width, { panel, focus }, cursorValue) {
-    const { window } = this.component,
+    const { window } = this.timeline,
       left = Math.max(0, this.xOf(window.from)),
       right = Math.min(width, this.xOf(window.to));
     fillBox(context, panel, 0, 0, left, HEIGHT, 0.72);

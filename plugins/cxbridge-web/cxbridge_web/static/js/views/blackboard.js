@@ -100,7 +100,7 @@ export function open(root, app) {
     page.show(items, allShown.length, "No interfaces", "No interface is open.");
   }
   function drawHead() {
-    page.showsDetail(chosenUid);
+    page.showDetailOf(chosenUid);
     const info = chosenInfo() || allInfos().find(({ uid }) => uid === chosenUid);
     if (!redraw(head, [chosenUid, info, app.whyNot], () => (info ? headOf(info) : emptyHead()))) return;
     refill(formPlace, info && messageForm(app, info));

@@ -102,7 +102,7 @@ export function open(root, app) {
     const name = chosen.slice(2), // behind f- or r-
       fact = shownTab === "facts" && facts().get(Number(name)),
       rule = shownTab === "rules" && allRules().find((listed) => listed.name === name);
-    page.showsDetail(chosen);
+    page.showDetailOf(chosen);
     if (!chosen) redraw(detail, shownTab, () => none("Choose a " + shownTab.slice(0, -1)));
     else if (fact) redraw(detail, fact, () => factDetail(fact));
     else if (rule) redraw(detail, [app.env, rule.name], () => ruleDetail(rule));

@@ -177,7 +177,7 @@ export function open(root, app) {
     return box;
   }
   function drawDetail() {
-    page.showsDetail(chosenKey);
+    page.showDetailOf(chosenKey);
     if (chosenKey) detail.draw({ goal: chosenKey });
   }
 

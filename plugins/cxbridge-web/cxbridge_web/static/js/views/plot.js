@@ -18,9 +18,9 @@ let spanUs = 60e6; // the followed stretch of time; outlives the view
 
 const timeText = (time, step) => clockText(time, step >= 1e6 ? 0 : step >= 1e3 ? 3 : 6);
 /** A short line in the colour and pattern of a series, for the legend. */
-function keyOf(number) {
-  const dashed = dashOf(number).length ? " dashed" : "";
-  return el.span({ class: "plot-key series-" + (number + 1) + dashed, "aria-hidden": "true" });
+function keyOf(colourNumber) {
+  const dashed = dashOf(colourNumber).length ? " dashed" : "";
+  return el.span({ class: "plot-key series-" + (colourNumber + 1) + dashed, "aria-hidden": "true" });
 }
 
 export function open(root, app) {
@@ -169,7 +169,7 @@ export function open(root, app) {
       return dataTable({}, heads, store.series.map(legendRow));
     });
   }
-  function legendRow({ name, number, source }) {
+  function legendRow({ name, colourNumber, source }) {
     const values = ["value", "least", "greatest"].map((figure) => el.td({ class: "n " + figure }));
     cells.set(name, values);
     const remove = () => {
@@ -178,7 +178,7 @@ export function open(root, app) {
     };
     return el.tr(
       { "data-series": name },
-      el.th({ scope: "row" }, keyOf(number), " ", el.b(source.label)),
+      el.th({ scope: "row" }, keyOf(colourNumber), " ", el.b(source.label)),
       el("td.dim.small.main-text", source.about),
       values,
       el.td(button("×", remove, { class: "quiet", "aria-label": "remove " + name })),

@@ -79,10 +79,10 @@ export function open(root, app) {
       detail: el("div.detail", backRow, nowBox, callForm, machineBox, callsBox),
       row: {
         key: (item) => item.name,
-        sign: (item) => item.who + item.status,
-        draw: ({ name, who, status }) => [
+        sign: (item) => item.executorText + item.status,
+        draw: ({ name, executorText, status }) => [
           el("span.main-text", name),
-          who ? el("span.dim.small", who) : null,
+          executorText ? el("span.dim.small", executorText) : null,
           status ? skillBadge(status) : null,
         ],
         select: (item) => goTo("#/skills/" + escapePart(item.name)),
