@@ -15,7 +15,10 @@ def check_certificate_and_key(cert_file: Path, key_file: Path) -> None:
     """
 
     def refuse_password() -> str:
-        """Raise the error about an encrypted key: only then does the module ssl ask for a password."""
+        """Refuse an encrypted key: only for such a key does the module ssl ask for a password.
+
+        :raises ConfigError: always.
+        """
         raise ConfigError(
             "this key is encrypted, and a server cannot ask for its password",
             file=key_file,

@@ -51,7 +51,8 @@ class WebServer:
     def start(self) -> None:
         """Start the thread that serves.
 
-        :raises CxbridgeError: if the address is unavailable or the settings are invalid.
+        :raises CxbridgeError: if the settings are invalid, the address is unavailable or the server does not
+            start in time.
         """
         page = Page()
 

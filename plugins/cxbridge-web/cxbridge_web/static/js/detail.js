@@ -24,7 +24,7 @@ import { chain, Story } from "cx/story/story.js";
 import { lastUpTo } from "cx/timeline/history.js";
 import { pathTo, resolve } from "cx/timeline/host.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
-import { answer, canAsk } from "cx/why.js";
+import { canAsk, showAnswer } from "cx/why.js";
 
 const MOST = 200, // entries of a list
   MOST_LINES = 8, // of the log
@@ -334,7 +334,7 @@ export class Detail {
       this.sign = this.target = "";
       this.later();
     };
-    return answer(this.host.app, [kind, name, env], show);
+    return showAnswer(this.host.app, [kind, name, env], show);
   }
   /**
    * Read the plans of the goal that was drawn last: of another environment than the executive's from its

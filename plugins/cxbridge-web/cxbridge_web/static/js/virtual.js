@@ -2,11 +2,12 @@
 // tree, left and right close and open a row.
 import { el, refill } from "cx/dom.js";
 
-const EXTRA = 6; // rows above and below the visible rows
+const EXTRA_ROWS = 6; // above and below the visible rows
 const DEFAULT_HEIGHT = 30; // pixels
 const RELEASES = ["pointerup", "pointercancel", "blur"];
 let listCount = 0; // makes the ids of rows unique
 
+/** A list or tree whose visible rows are elements. */
 export class VirtualList {
   /**
    * @param label the name of the list for screen readers
@@ -78,17 +79,20 @@ export class VirtualList {
   /** Draw the visible rows; rows with the same sign keep their elements. */
   update() {
     if (this.isHeld) return; // see the constructor
-    const { box, room, rowHeight: high, items, rows: old } = this;
-    room.style.height = items.length * high + "px";
-    const first = Math.max(0, Math.floor(box.scrollTop / high) - EXTRA);
-    const end = Math.min(items.length, Math.ceil((box.scrollTop + box.clientHeight) / high) + EXTRA);
+    const { box, room, rowHeight, items, rows: oldRows } = this;
+    room.style.height = items.length * rowHeight + "px";
+    const first = Math.max(0, Math.floor(box.scrollTop / rowHeight) - EXTRA_ROWS);
+    const end = Math.min(
+      items.length,
+      Math.ceil((box.scrollTop + box.clientHeight) / rowHeight) + EXTRA_ROWS,
+    );
     this.rows = new Map();
     for (let at = first; at < end; at++) {
       const item = items[at],
         key = this.key(item),
         isChosen = key === this.selected,
-        sign = [at, isChosen, high, items.length, this.sign(item)].join(" ");
-      let row = old.get(key);
+        sign = [at, isChosen, rowHeight, items.length, this.sign(item)].join(" ");
+      let row = oldRows.get(key);
       if (!row || row.sign !== sign) row = { sign, node: this.row(item, at, isChosen) };
       this.rows.set(key, row);
       if (isChosen) box.setAttribute("aria-activedescendant", row.node.id);
@@ -113,6 +117,7 @@ export class VirtualList {
       "aria-expanded": isTree && item.open !== null ? String(item.open) : null,
       style: `top: ${at * this.knownHeight}px; height: ${this.knownHeight}px`,
     });
+    // deeper rows have the indent of level 12
     const style = `margin-left: calc(${Math.min(item.depth, 12)} * var(--indent))`;
     refill(node, isTree && el("span.fold", { "aria-hidden": "true", style }, icon), this.draw(item));
     return node;
@@ -121,10 +126,11 @@ export class VirtualList {
   /** Scroll to the row with an index. */
   reveal(at) {
     if (at < 0) return;
-    const { box, rowHeight: high } = this,
-      top = at * high;
+    const { box, rowHeight } = this,
+      top = at * rowHeight;
     if (top < box.scrollTop) box.scrollTop = top;
-    else if (top + high > box.scrollTop + box.clientHeight) box.scrollTop = top + high - box.clientHeight;
+    else if (top + rowHeight > box.scrollTop + box.clientHeight)
+      box.scrollTop = top + rowHeight - box.clientHeight;
   }
 
   toEnd() {

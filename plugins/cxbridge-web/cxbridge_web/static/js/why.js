@@ -29,7 +29,7 @@ export const canAsk = (app, env) =>
   app.recording && !app.recording.isPast ? Boolean(app.recording.why) : (env || MAIN_ENV) === MAIN_ENV;
 
 /** Ask why, and show the answer or the error. @param question see ask() @param show(node) */
-export async function answer(app, question, show) {
+export async function showAnswer(app, question, show) {
   show(note("…"));
   try {
     const explanation = await ask(app, ...question);
@@ -46,7 +46,7 @@ export async function answer(app, question, show) {
 export function whyBox(app, kind, name, env, about) {
   const box = el.div(about.box),
     show = (node) => refill(box, el.h3("Why"), node),
-    call = () => answer(app, [kind, name, env], show);
+    call = () => showAnswer(app, [kind, name, env], show);
   return { button: canAsk(app, env) ? button("Why?", call, about.button) : null, box };
 }
 
@@ -58,7 +58,7 @@ export const causeList = (app, list, rules) =>
   );
 
 /** The folded list of a story's transitions, each with the last rule before it; null without transitions. */
-function moments(app, list, rules) {
+function momentList(app, list, rules) {
   if (!list.length) return null;
   const item = ({ seconds, text, rules: firedBefore }) => {
     const rule = firedBefore.at(-1),
@@ -70,27 +70,32 @@ function moments(app, list, rules) {
 /** The small lines below an answer. */
 const foot = ({ where, notes }) => [small("in " + where), (notes || []).map((text) => small(text))];
 
-/** The rule that made the plan: the last rule that fired before the goal was EXPANDED. */
-function planRule(list) {
+/**
+ * A line with the rule that made the plan, the last that fired before the goal was EXPANDED; null without a
+ * rule.
+ */
+function planRuleLine(list) {
   const { seconds, rules } = list.findLast(({ text }) => text.trim() === "EXPANDED") || { rules: [] };
   return rules.length
     ? small("The plan is of rule ", ruleLink(rules.at(-1)), ", at " + secondsText(seconds))
     : null;
 }
 
-/** The answer about a goal, action or fact. @param data of GET /cxbridge/why?goal=, ?action= or ?fact= */
-function goalWhy(app, data) {
-  const stories = data.goals || data.actions || [data],
+/**
+ * The answer about a goal, action or fact. @param explanation of GET /cxbridge/why?goal=, ?action= or ?fact=
+ */
+function goalWhy(app, explanation) {
+  const stories = explanation.goals || explanation.actions || [explanation],
     fired = stories.flatMap((story) => story.moments.flatMap((moment) => moment.rules)),
-    rules = new Set([...(data.rules || []), ...fired]);
+    rules = new Set([...(explanation.rules || []), ...fired]);
   const section = ({ cause, moments: list }) =>
     el.section(
       el("p.cause", linked(app, cause.text, rules)),
       causeList(app, cause.because, rules),
-      planRule(list),
-      moments(app, list, rules),
+      planRuleLine(list),
+      momentList(app, list, rules),
     );
-  return el("div.why", stories.map(section), foot(data));
+  return el("div.why", stories.map(section), foot(explanation));
 }
 
 // outcome (for the colour), icon and word of a condition
@@ -106,7 +111,7 @@ const matches = ({ number, more }) => number + (more ? " or more" : "");
 /**
  * The conditions of a rule, with the numbers of their matches alone and joined with the conditions before.
  */
-function elements({ elements: list, failing, fired }) {
+function conditionList({ elements: list, failing, fired }) {
   const item = ({ number, text, alone, joined }) => {
     const isFailing = failing === number,
       isNo = isFailing || joined?.number === 0,
@@ -133,7 +138,7 @@ function elements({ elements: list, failing, fired }) {
 }
 
 /** A node that names the rule that asserted a fact, as soon as the server has answered. */
-function asserted(app, text) {
+function assertingRule(app, text) {
   const place = el("span.dim.small"),
     [name] = /^f-\d+/.exec(text) || [];
   const showRule = ({ rules = [] }) => rules.length && refill(place, " asserted by ", ruleLink(rules[0]));
@@ -142,37 +147,42 @@ function asserted(app, text) {
   return place;
 }
 
-/** The reason why a condition has no match, with facts that nearly match. */
+/**
+ * The reason why a condition has no match.
+ * @param explained near: facts that nearly match; facts: facts that match a `not` or violate a `forall`;
+ * inner: the failures of parts
+ */
 function failure(app, { reason, near, facts = [], inner }) {
   const deviation = ({ slot, value, wanted }) =>
     el.li("slot ", el.b(slot), " has ", el.code(value), ", wanted ", el.code(wanted));
   const items = near.map(({ fact, deviations }) =>
-    el.li(linked(app, fact), asserted(app, fact), causeItems(deviations.map(deviation))),
+    el.li(linked(app, fact), assertingRule(app, fact), causeItems(deviations.map(deviation))),
   );
-  const matching = facts.map((fact) => el.li(linked(app, fact), asserted(app, fact)));
+  const matching = facts.map((fact) => el.li(linked(app, fact), assertingRule(app, fact)));
   return el.div(
     el.p(linked(app, reason)),
     causeItems([...items, ...matching, ...inner.map((each) => el.li(failure(app, each)))]),
   );
 }
 
-/** The answer about a rule. @param data of GET /cxbridge/why?rule= */
-function ruleWhy(app, data) {
-  const { verdict, bases, fired, last_fired: last, errors } = data,
-    joined = (list, by) => [list].flat().join(by);
+/** The answer about a rule. @param explanation of GET /cxbridge/why?rule= */
+function ruleWhy(app, explanation) {
+  const { verdict, bases, fired, last_fired: last, errors } = explanation,
+    // a text, or a list of texts
+    joinTexts = (list, by) => [list].flat().join(by);
   return el(
     "div.why",
     el("p.cause", linked(app, verdict)),
-    data.elements ? elements(data) : null,
-    data.failure ? failure(app, data.failure) : null,
+    explanation.elements ? conditionList(explanation) : null,
+    explanation.failure ? failure(app, explanation.failure) : null,
     bases?.length > 0 &&
-      el.p("It matches: ", linked(app, bases.map((basis) => joined(basis, ", ")).join("; "))),
+      el.p("It matches: ", linked(app, bases.map((basis) => joinTexts(basis, ", ")).join("; "))),
     last &&
       note(
         "Fired " + fired + "×, last at " + secondsText(last.seconds) + ": ",
-        linked(app, joined(last.facts, " ")),
+        linked(app, joinTexts(last.facts, " ")),
       ),
-    (errors || []).map((error) => el("p.error-box", joined(error, " "))),
-    foot(data),
+    (errors || []).map((error) => el("p.error-box", joinTexts(error, " "))),
+    foot(explanation),
   );
 }

@@ -62,7 +62,7 @@ export class Drawing {
   /**
    * Show these graphs and items.
    * @param graphs {name, nodes, edges}[]
-   * @param items {x, y, yaw (null: no direction), name, kind, number, seen, trail, goal, marked}[]
+   * @param items {x, y, yaw (null: no direction), name, kind, colourNumber, seen, trail, goal, isMarked}[]
    */
   show(graphs, items) {
     Object.assign(this, { graphs, items });
@@ -226,10 +226,10 @@ export class Drawing {
   }
 
   /** Draw the path of an item, and a dotted line to the goal of its navigator. */
-  paintTrail(context, { number, kind, trail, goal, x, y }, { series }) {
-    const look = { stroke: series[number], alpha: 0.6, width: kind === "frame" ? 1.2 : 2.4 },
+  paintTrail(context, { colourNumber, kind, trail, goal, x, y }, { series }) {
+    const look = { stroke: series[colourNumber], alpha: 0.6, width: kind === "frame" ? 1.2 : 2.4 },
       way = trail.map((point) => this.at(...point));
-    line(context, way, { ...look, dash: dashOf(number) });
+    line(context, way, { ...look, dash: dashOf(colourNumber) });
     if (!goal) return;
     const place = this.at(goal.x, goal.y);
     line(context, [this.at(x, y), place], { ...look, dash: [2, 4] });
@@ -241,7 +241,7 @@ export class Drawing {
       [x, y] = place,
       size = Math.max(10, Math.min(26, 0.16 * this.scale)), // a radius of 16 cm, but always visible
       alpha = item.seen ? 1 : 0.45,
-      look = { fill: colours.series[item.number], stroke: colours.back, width: 2, alpha };
+      look = { fill: colours.series[item.colourNumber], stroke: colours.back, width: 2, alpha };
     if (item.yaw === null) dot(context, x, y, size * 0.7, look);
     else
       this.shape(
@@ -251,7 +251,7 @@ export class Drawing {
         ROBOT.map((point) => point.map((at) => at * size)),
         look,
       );
-    if (item.marked) dot(context, x, y, size + 6, { stroke: colours.focus, width: 2 });
+    if (item.isMarked) dot(context, x, y, size + 6, { stroke: colours.focus, width: 2 });
     this.paintText(context, item.name, x + size + 4, y + 4, colours.text, colours.back);
   }
 

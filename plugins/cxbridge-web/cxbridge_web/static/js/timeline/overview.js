@@ -81,7 +81,7 @@ export class Overview {
       }
     }
     for (const call of history.calls) if (call.error) failed[place(call.end || now)] = 1;
-    let running = 0;
+    let running = 0; // the sum of the changes up to a pixel
     return { failed, running: Array.from(failed, (_, x) => (running += changes[x])) };
   }
 

@@ -18,8 +18,8 @@ const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { er
 
 /**
  * The text at a value of the axis.
- * @param step the step of the axis, in its unit
- * @param unit 1 for steps, 1e6 for times in microseconds
+ * @param step the distance of marks, see axisStep()
+ * @param unit 1 for an axis of steps, 1e6 for an axis of times in microseconds
  * @param zero the origin of times; null: times of day
  */
 export function axisText(value, step, unit, zero) {
@@ -33,12 +33,14 @@ export function axisText(value, step, unit, zero) {
   return (seconds < 0 ? "-" : "") + text + ":" + pad(wholeSeconds % 60);
 }
 
-/** A text, cut to a width in pixels; "" if there is room for less than three letters. */
+/** A text, cut to a width in pixels; "" if it must be cut to fewer than three letters. */
 const cutTo = (text, room) => {
-  const most = Math.floor(room / LETTER_WIDTH);
-  return text.length <= most ? text : most < 3 ? "" : text.slice(0, most - 1) + "…";
+  const mostLetters = Math.floor(room / LETTER_WIDTH);
+  if (text.length <= mostLetters) return text;
+  return mostLetters < 3 ? "" : text.slice(0, mostLetters - 1) + "…";
 };
 
+/** Draws the parts of a scene, each with a method of its name. */
 export class Painter {
   /**
    * @param context of a canvas
@@ -49,7 +51,7 @@ export class Painter {
     Object.assign(this, scene);
     Object.assign(context, { font: FONT, textAlign: "left", textBaseline: "middle", lineJoin: "round" });
   }
-  text(text, colour, x, y) {
+  write(text, colour, x, y) {
     this.context.fillStyle = colour;
     this.context.fillText(text, x, y);
   }
@@ -66,16 +68,18 @@ export class Painter {
       ? null
       : [Math.max(left, -20), Math.min(right, window.width + 20)];
   }
-  /** The visible spans of an item, with their edges. */
+  /** The visible spans of an item: {span, edges, freeUntil}, see edges() and freeUntil(). */
   *spans(item) {
     const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail");
     for (const [at, span] of spans.entries()) {
       const edges = this.edges(span);
-      if (edges) yield { span, edges, until: this.until(spans[at + 1]?.from) };
+      if (edges) yield { span, edges, freeUntil: this.freeUntil(spans[at + 1]?.from) };
     }
   }
-  /** The end of the room behind a bar: the begin of the next bar. */
-  until(point) {
+  /**
+   * The pixel at which the room behind a bar ends. @param point the begin of the next bar, if there is one
+   */
+  freeUntil(point) {
     return point ? this.window.place(point) : this.window.width;
   }
 
@@ -85,12 +89,13 @@ export class Painter {
       fillBox(this.context, palette.focus, 0, y, this.window.width, rowHeight - 1, 0.1);
     if (row.kind === "robot") this.robot(row.item, y);
     else if (row.kind === "group") {
+      // a closed group has the calls of all its robots in its row
       if (row.key === "robots" && !row.open) for (const lane of row.item) this.robot(lane.item, y);
     } else if (row.isSummary) this.summary(row.item, y);
     else this.goalOrAction(row.item, y);
   }
 
-  /** Draw a goal as a line, because its parts have rows with bars. */
+  /** Draw a goal as a line, see Row.isSummary. */
   summary(goal, y) {
     for (const { span, edges } of this.spans(goal)) {
       const [left, right] = edges,
@@ -104,21 +109,21 @@ export class Painter {
 
   /** Draw a goal with its actions in its bar, or an action. */
   goalOrAction(item, y) {
-    for (const { span, edges, until } of this.spans(item)) {
+    for (const { span, edges, freeUntil } of this.spans(item)) {
       const hasActions = item.kind === "goal" && item.actions.length;
       if (span.part === "wait" || hasActions) this.wait(edges, y);
       if (span.part === "wait") continue;
-      if (hasActions) this.actions(item.actions, span, y, until);
-      else this.bar(item, span.outcome, edges, y, this.textOf(item, span), until);
+      if (hasActions) this.actions(item.actions, span, y, freeUntil);
+      else this.bar(item, span.outcome, edges, y, this.textOf(item, span), freeUntil);
     }
   }
   /** Draw the actions within a span of their goal, parallel actions below each other. */
-  actions(actions, goalSpan, y, until) {
+  actions(actions, goalSpan, y, goalFreeUntil) {
     const spans = stacked(actions, goalSpan, this.history);
     for (const [at, { item, span, lane, lanes }] of spans.entries()) {
       const edges = this.edges(span),
         next = spans.slice(at + 1).find((each) => each.lane === lane),
-        freeUntil = next ? this.until(next.span.from) : until,
+        freeUntil = next ? this.freeUntil(next.span.from) : goalFreeUntil,
         text = lanes > 1 ? "" : this.textOf(item, span);
       if (edges) this.bar(item, span.outcome, edges, y, text, freeUntil, lane, lanes);
     }
@@ -152,8 +157,8 @@ export class Painter {
       const [span] = spansOf(call, this.history),
         edges = this.edges(span);
       if (!edges || edges[1] < drawnX + 0.5) continue;
-      drawnX = Math.max(edges[0], edges[1]);
-      this.bar(call, span.outcome, edges, y, call.text || call.name, this.until(calls[at + 1]?.begin));
+      drawnX = Math.max(...edges);
+      this.bar(call, span.outcome, edges, y, call.text || call.name, this.freeUntil(calls[at + 1]?.begin));
     }
   }
 
@@ -182,9 +187,9 @@ export class Painter {
       visibleLeft = Math.max(left, 0),
       room = Math.min(left + width, this.window.width) - visibleLeft - 10,
       behind = freeUntil - left - width;
-    if (room > 20) this.text(cutTo(markedText, room), look.ink, visibleLeft + 5, middle);
+    if (room > 20) this.write(cutTo(markedText, room), look.ink, visibleLeft + 5, middle);
     if (room < markedText.length * LETTER_WIDTH && isLoud(outcome) && behind > 60)
-      this.text(cutTo(markedText, behind - 12), palette.loud, left + width + 5, middle);
+      this.write(cutTo(markedText, behind - 12), palette.loud, left + width + 5, middle);
   }
 
   /** Draw the axis, and its lines through the rows. */
@@ -198,7 +203,7 @@ export class Painter {
         text = axisText(value, step, unit, this.zero),
         width = text.length * LETTER_WIDTH;
       fillBox(context, palette.line, x, AXIS - 6, 1, bottom - AXIS + 6, 0.5);
-      this.text(text, palette.dim, Math.max(2, Math.min(x - width / 2, window.width - width - 2)), 10);
+      this.write(text, palette.dim, Math.max(2, Math.min(x - width / 2, window.width - width - 2)), 10);
     }
   }
 

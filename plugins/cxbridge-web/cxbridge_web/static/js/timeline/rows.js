@@ -26,14 +26,15 @@ export function robotNames(lanes) {
  *   of robots or planners; [] for an environment
  * @property {number} depth
  * @property {boolean | null} open null: a row without rows below it
- * @property {boolean} isSummary whether the parts of the goal have rows; else its bar contains its actions
+ * @property {boolean} isSummary whether the goal is drawn as a line, because its parts have rows or it has
+ *   sub-goals; else its bar contains its actions
  */
 
 /** The rows of a history: folds, and filters by outcome, words and time. */
 export class Rows {
   constructor(history) {
     this.history = history;
-    this.folds = new Map(); // key -> open or not, by the user
+    this.folds = new Map(); // key -> whether the user has opened the row, or closed it
     this.searchText = ""; // in lower case; empty: no search
     this.outcomes = new Set(); // empty: all
     this.visibleWindow = null; // a TimeWindow: only goals with a bar in the window
@@ -110,7 +111,7 @@ export class Rows {
       return lanes.length ? [{ key, kind: "group", name, item: lanes, depth: 0, open }, ...laneRows] : [];
     };
     const { calls, boardCalls } = this.history,
-      isBoard = calls === boardCalls && boardCalls.length;
+      isBoard = calls === boardCalls && boardCalls.length > 0;
     return [
       ...group("robots", isBoard ? "Executors" : "Robots", this.robotRows()),
       ...group("planning", "Planning", this.planningRows()),
@@ -128,6 +129,7 @@ export class Rows {
       hasSeveralEnvs = new Set(goals.map(({ env }) => env)).size > 1;
     const stack = [...roots].reverse().map((goal) => [goal, 0]);
     let env = null;
+    // descending, because the last goal of the stack comes first
     if (hasSeveralEnvs) stack.sort(([a], [b]) => (a.env < b.env ? 1 : a.env > b.env ? -1 : 0));
     while (stack.length) {
       const [item, depth] = stack.pop(),
@@ -156,6 +158,7 @@ export class Rows {
         for (let at = key; at && !shown.has(at); at = parents.get(at)) shown.add(at);
       };
     for (const goal of goals) {
+      // only a search lists actions: the other filters are for goals
       const actions = this.searchText ? goal.actions.filter((action) => this.fits(action)) : [];
       for (const { key } of actions) shown.add(key);
       if (actions.length || this.fits(goal)) add(goal.key);
@@ -174,8 +177,8 @@ export class Rows {
   }
 }
 
-const SHORT = 14, // characters: a name of at most this length fits into its column, and is not divided
-  TAIL = 6; // characters at the end of a longer name that stay visible: they tell goals of a class apart
+const SHORT_NAME = 14, // characters: a name of at most this length fits into its column, and is not divided
+  NAME_TAIL = 6; // characters at the end of a longer name that stay visible: they tell goals of a class apart
 const isGoalOrAction = ({ kind }) => kind === "goal" || kind === "action";
 
 /** Identifies the look of a row, which is drawn again when this value changes. @param step the moment */
@@ -186,10 +189,10 @@ export function signOf(row, step) {
 }
 
 function goalName({ id, cls }) {
-  const isLong = id.length > SHORT;
+  const isLong = id.length > SHORT_NAME;
   return [
-    isLong && el.span(id.slice(0, -TAIL)),
-    el.span(isLong ? id.slice(-TAIL) : id),
+    isLong && el.span(id.slice(0, -NAME_TAIL)),
+    el.span(isLong ? id.slice(-NAME_TAIL) : id),
     cls && !id.includes(cls) && dim(" " + cls),
   ];
 }

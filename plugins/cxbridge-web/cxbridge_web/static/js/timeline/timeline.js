@@ -16,7 +16,7 @@ import { TimeWindow } from "cx/timeline/window.js";
 import { VirtualList } from "cx/virtual.js";
 
 const LIVE_MS = 50, // the period of drawing a live run
-  SETTLED_MS = 160, // the rest of the window after which the filter "in view" is applied again
+  SETTLED_MS = 160, // the filter "in view" is applied again when the window has not moved for this time
   DOUBLE_MS = 300, // the longest time between the clicks of a double click
   LATE_MS = 500; // the period of searching for late calls
 
@@ -93,19 +93,20 @@ export class Timeline {
   get cursorValue() {
     return this.host.cursor()?.[this.window.axis] ?? null;
   }
-  /** The pixel of the chosen moment; the middle if the moment is invisible. */
+  /** The pixel of the chosen moment; the middle without a visible moment. */
   get cursorX() {
     const value = this.cursorValue,
       x = value === null ? -1 : this.window.x(value);
     return x >= 0 && x <= this.window.width ? x : this.window.width / 2;
   }
+  /** The step of the chosen moment; Infinity: now. */
   get cursorStep() {
     return this.host.cursor()?.step ?? Infinity;
   }
   get marks() {
     return marksOf(this.history);
   }
-  /** The late skill calls, searched twice a second. */
+  /** The late skill calls, a Set; searched once in LATE_MS at most. */
   get late() {
     const nowMs = performance.now();
     if (!this.searchedLateAt || nowMs - this.searchedLateAt > LATE_MS) {
@@ -232,7 +233,7 @@ export class Timeline {
     const hasRow = action && this.items.some(({ key }) => key === action.key);
     this.list.selected = hasRow ? action.key : goal ? goal.key : call ? "robot " + call.lane : "";
   }
-  /** Scroll to the row of the first failure of a finished run. */
+  /** Scroll to the goal of a recording's failure, see failureOf(), when the rows are drawn. */
   revealFailure() {
     const failure = failureOf(this.history),
       key = failure && (pathTo(failure).goal || "");
@@ -286,8 +287,10 @@ export class Timeline {
     this.clickedItem = item;
     if (mark) this.showMark(mark);
     if (item) this.host.go(pathTo(item));
+    // in a live run, a press on an item does not leave the present moment
     if (!mark && y > AXIS && (!item || !this.host.isLive)) this.setCursorAt(x);
   }
+  /** Show the item of a double click, or zoom in where there is none. */
   zoomAt(x) {
     if (this.clickedItem) this.zoomTo(this.clickedItem);
     else this.window.zoom(0.4, x);
@@ -304,7 +307,11 @@ export class Timeline {
     this.window.follow();
     this.later();
   }
-  /** Go to the next error after the cursor, or to the last error before it. @param by 1 or -1 */
+  /**
+   * Go to the next error after the chosen moment, or to the last error before it; beyond the last error the
+   * first follows.
+   * @param by 1 or -1
+   */
   toError(by) {
     const { marks } = this,
       { time } = this.host.cursor() || { time: by > 0 ? -Infinity : Infinity },

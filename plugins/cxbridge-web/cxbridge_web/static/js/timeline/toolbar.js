@@ -39,8 +39,13 @@ export class Toolbar {
       "next error (e); previous error (E)",
     );
     const relist = () => timeline.relist();
-    const foldButton = (text, title, open) =>
-      toolButton(text, () => relist(rows.foldAll(open)), title, { class: "quiet" });
+    const foldButton = (text, title, isOpen) => {
+      const foldAll = () => {
+        rows.foldAll(isOpen);
+        relist();
+      };
+      return toolButton(text, foldAll, title, { class: "quiet" });
+    };
     const searchField = search("Search goals", (text) => {
       rows.searchText = text;
       relist();

@@ -12,7 +12,7 @@ export class TimeWindow {
     this.from = 0;
     this.to = 1;
     this.width = 600; // pixels
-    this.follows = false;
+    this.follows = false; // the newest moment stays visible while the run grows
     this.fits = true; // the whole run is visible, and stays visible while it grows
     this.listeners = new Set();
   }
@@ -43,9 +43,9 @@ export class TimeWindow {
   /** Show a range, within limits. @param options whether to keep `fits` and `follows` */
   set(from, to, { keepsFit = false, keepsFollowing = false } = {}) {
     const whole = this.whole(),
-      longest = (whole.to - whole.from) * 1.5,
+      longest = (whole.to - whole.from) * 1.5, // a third of the picture may be empty
       span = Math.min(Math.max(to - from, LEAST_SPAN[this.axis]), Math.max(longest, LEAST_SPAN[this.axis]));
-    // at most half of the picture is empty
+    // a pan leaves at most half of the picture empty
     const begin = Math.min(Math.max(from, whole.from - span / 2), whole.to - span / 2);
     if (!keepsFit) this.fits = false;
     if (!keepsFollowing) this.follows = false;
@@ -82,6 +82,7 @@ export class TimeWindow {
     this.set(value - this.span / 2, value + this.span / 2);
   }
 
+  /** Follow the newest moment from now on. */
   follow() {
     this.follows = true;
     this.advance();
@@ -103,7 +104,10 @@ export class TimeWindow {
   }
 }
 
-/** The step between the marks of the axis, a round number, and its unit. */
+/**
+ * The distance of the axis's marks: {step, unit}; step is a round number of seconds (unit 1e6) or of steps
+ * (1).
+ */
 export function axisStep(window) {
   const unit = window.axis === "time" ? 1e6 : 1,
     // marks have a distance of at least 105 pixels, and there are at least two

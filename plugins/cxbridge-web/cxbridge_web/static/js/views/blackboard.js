@@ -18,15 +18,15 @@ const interfaceRow = (item) => [
     el("span.main-text", el.b(item.id), dim("  " + item.type)),
     el(
       "span.dim.small.main-text",
-      (item.writer ? "written by " + item.writer : item.known ? "no writer" : "") + readersOf(item),
+      (item.writer ? "written by " + item.writer : item.isKnown ? "no writer" : "") + readersOf(item),
     ),
   ),
   item.writes ? el("span.dim.small.n", item.writes + "×") : null,
 ];
-/** An interface of a recording, which has only values. */
+/** An interface of a recording, which has only values; the daemon knows more: `isKnown`. */
 function recordedInterface(uid) {
   const [type, id] = uid.split(/::(.*)/s);
-  return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] };
+  return { uid, type, id, writer: "", readers: [], isKnown: false, fields: [], message_types: [] };
 }
 /** The text of a field's value. */
 function valueText(value) {
@@ -40,7 +40,7 @@ function flash(cell) {
 }
 
 export function open(root, app) {
-  let infos = [], // the interfaces of the daemon
+  let interfaces = [], // the interfaces of the daemon
     chosenUid = "", // a uid, TYPE::ID
     chosenData = null; // the API's answer with the values of the chosen interface
   const head = el.div(),
@@ -64,48 +64,48 @@ export function open(root, app) {
   );
   root.append(page.split);
 
-  const chosenInfo = () => infos.find(({ uid }) => uid === chosenUid);
+  const chosenInterface = () => interfaces.find(({ uid }) => uid === chosenUid);
   const { life } = page;
   const readList = page.reader(async () => {
     const answer = await get("blackboard/interfaces"),
-      toInfo = ({ type, id, writer, ...members }) => ({
+      toItem = ({ type, id, writer, ...members }) => ({
         uid: type + "::" + id,
         type,
         id,
         writer: writer || "",
         ...members,
       });
-    infos = answer.map((row) => ({ ...toInfo(row), known: true }));
+    interfaces = answer.map((row) => ({ ...toItem(row), isKnown: true }));
     drawHead();
   }, LIST_MS);
   const readData = life.reader(async () => {
-    const info = chosenInfo();
-    if (!info) return;
+    const item = chosenInterface();
+    if (!item) return;
     const answer = await get(
-      "blackboard/interfaces/" + escapePart(info.type) + "/" + idPath(info.id) + "/data",
+      "blackboard/interfaces/" + escapePart(item.type) + "/" + idPath(item.id) + "/data",
     );
-    if (info.uid !== chosenUid) return; // another interface was chosen during the request
+    if (item.uid !== chosenUid) return; // another interface was chosen during the request
     chosenData = answer;
     drawValues();
   }, VALUES_MS);
 
-  const allInfos = () =>
-    app.recording ? [...app.model.interfaces.keys()].sort().map(recordedInterface) : infos;
+  const listedInterfaces = () =>
+    app.recording ? [...app.model.interfaces.keys()].sort().map(recordedInterface) : interfaces;
   function draw() {
-    const allShown = allInfos(),
+    const allShown = listedInterfaces(),
       writesOf = ({ uid }) => (app.recording ? (app.model.interfaces.get(uid)?.writes ?? 0) : 0),
       items = allShown
         .filter(({ uid }) => page.matches(uid))
-        .map((info) => ({ ...info, writes: writesOf(info) }));
+        .map((item) => ({ ...item, writes: writesOf(item) }));
     page.show(items, allShown.length, "No interfaces", "No interface is open.");
   }
   function drawHead() {
     page.showDetailOf(chosenUid);
-    const info = chosenInfo() || allInfos().find(({ uid }) => uid === chosenUid);
-    if (!redraw(head, [chosenUid, info, app.whyNot], () => (info ? headOf(info) : emptyHead()))) return;
-    refill(formPlace, info && messageForm(app, info));
-    if (!info) for (const node of [values, sentBox]) redraw(node, "", () => []);
-    if (info?.known) readData();
+    const item = chosenInterface() || listedInterfaces().find(({ uid }) => uid === chosenUid);
+    if (!redraw(head, [chosenUid, item, app.whyNot], () => (item ? headOf(item) : emptyHead()))) return;
+    refill(formPlace, item && messageForm(app, item));
+    if (!item) for (const node of [values, sentBox]) redraw(node, "", () => []);
+    if (item?.isKnown) readData();
   }
   /** The hint in place of the head, while there is no interface to show. */
   const emptyHead = () =>
@@ -116,12 +116,12 @@ export function open(root, app) {
           "You see its values as they change" +
             (app.recording ? "." : ", and can send messages to its writer."),
         );
-  const headOf = (info) => [
-    el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(info.id), dim(info.type)),
+  const headOf = (item) => [
+    el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(item.id), dim(item.type)),
     pairs([
-      ["writer", info.known ? info.writer || "none" : ""],
-      ["readers", info.readers.join(", ")],
-      ["hash", info.hash ? el.code(info.hash) : ""],
+      ["writer", item.isKnown ? item.writer || "none" : ""],
+      ["readers", item.readers.join(", ")],
+      ["hash", item.hash ? el.code(item.hash) : ""],
     ]),
   ];
 
@@ -142,7 +142,7 @@ export function open(root, app) {
       writtenNode.textContent = live ? clockText(live.time, 3) : chosenData ? chosenData.timestamp : "";
   }
   function valuesTable(valuesByField) {
-    const { fields } = chosenInfo() || { fields: null },
+    const { fields } = chosenInterface() || { fields: null },
       types = new Map(
         fields?.map(({ name, type, is_array: isArray }) => [name, type + (isArray ? "[]" : "")]),
       ),
@@ -172,8 +172,12 @@ export function open(root, app) {
       if (!topics.has("interfaces")) return;
       drawValues();
       draw();
-      const known = new Set(infos.map(({ uid }) => uid));
-      if (!app.recording && infos.length && [...app.model.interfaces.keys()].some((uid) => !known.has(uid)))
+      const knownUids = new Set(interfaces.map(({ uid }) => uid));
+      if (
+        !app.recording &&
+        interfaces.length &&
+        [...app.model.interfaces.keys()].some((uid) => !knownUids.has(uid))
+      )
         readList();
     }),
     app.onRenew(() => {
@@ -183,7 +187,7 @@ export function open(root, app) {
   );
   if (!app.recording) {
     readList();
-    life.every(2 * LIST_MS, readList);
+    life.every(2 * LIST_MS, readList); // no event tells of new readers and writers
   }
   draw();
   return {

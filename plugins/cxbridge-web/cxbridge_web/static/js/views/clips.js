@@ -165,6 +165,7 @@ export function open(root, app) {
         chosen = page.problem = "";
         list.box.scrollTop = 0;
         refill(bar, tabs("Parts of CLIPS", TABS, "#/clips/" + shownTab));
+        // else the event hello leads to a renewal
         if (!app.stream.isWaiting || app.connection === "lost") renew();
       }
       draw();

@@ -120,14 +120,14 @@ export function open(root, app) {
   }
   function drawRow({ goal, inside }) {
     const { outcome, ...texts } = cellsOf(goal),
-      isManyEnvs = !app.chosenEnv && app.environments.length > 1;
+      hasSeveralEnvs = !app.chosenEnv && app.environments.length > 1;
     return [
       el(
         "span.main-text",
         { title: goal.id },
         goal.id,
         inside > 0 && dim(" +" + inside),
-        isManyEnvs && dim("  in " + (goal.env || MAIN_ENV)),
+        hasSeveralEnvs && dim("  in " + (goal.env || MAIN_ENV)),
         goal.cls && !goal.id.includes(goal.cls) && dim("  " + goal.cls),
       ),
       el(
@@ -159,6 +159,7 @@ export function open(root, app) {
     filter.offer(goals);
     page.show(items, goals.length, "");
     if (!items.length) refill(page.empty, emptyTable(goals));
+    // the items lack goals below closed goals: these are not left out by the filter
     if (!filter.isSet) page.count(goals.length, goals.length);
   }
   /** The box in place of an empty table: a text, and a button that shows hidden goals. */
@@ -194,6 +195,7 @@ export function open(root, app) {
     if (list.items.some((item) => isOpen(goalOutcome(item.goal)))) list.update();
     drawDetail();
   });
+  // a choice in another place replaces the address, without a step in the browser's history
   life.listen(app, "select", ({ detail: { changed, goal, time } }) => {
     if (changed.includes("time")) host.takeMoment(time);
     if (changed.includes("goal") && goal !== chosenKey) location.replace(address(goal ? { goal } : {}));

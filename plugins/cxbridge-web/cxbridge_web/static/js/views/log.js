@@ -53,7 +53,7 @@ export function open(root, app) {
   const scrolled = () => list.atEnd === isFollowing || setFollowing(list.atEnd);
   life.listen(list.box, "scroll", scrolled, { passive: true });
   function choose({ time, level, component, text }) {
-    isFollowing = false;
+    setFollowing(false);
     wholeLine.hidden = false;
     refill(wholeLine, note([clockText(time, 6), LEVELS[level], component].join("  ")), el.pre(text));
   }
@@ -70,7 +70,6 @@ export function open(root, app) {
   function toMoment(time) {
     const line = time !== null && (list.items.findLast((each) => each.time <= time) || list.items[0]);
     if (!line || app.recording) return;
-    setFollowing(false);
     list.mark(String(line.number), true);
     choose(line);
   }

@@ -91,7 +91,7 @@ export function open(root, app) {
       statusAgeMs = status?.clock === "real" ? performance.now() - app.statusAt : 0;
     return status && connection === "open" ? Math.max(last, status.now_us + statusAgeMs * 1000) : last;
   }
-  /** The begin of the recording, or of the live series. */
+  /** The begin of the recording, or of the live series, but at least a second before the end. */
   function begin() {
     if (app.recording) return app.recording.begin;
     return Math.min(end() - 1e6, ...store.series.filter(({ count }) => count).map(({ times }) => times[0]));
@@ -187,19 +187,19 @@ export function open(root, app) {
   function drawValues() {
     const time = chart.cursor ?? chart.moment ?? end();
     for (const series of store.series) {
-      const range = (!series.words && series.range(chart.from, chart.to)) || [],
+      const bounds = (!series.words && series.range(chart.from, chart.to)) || ["", ""], // least, greatest
         value = series.count ? series.text(series.at(time)) || "not yet" : "no samples",
-        texts = [value, ...[0, 1].map((at) => (at in range ? numberText(range[at]) : ""))];
+        texts = [value, ...bounds.map((bound) => (bound === "" ? "" : numberText(bound)))];
       for (const [at, cell] of (cells.get(series.name) || []).entries()) cell.textContent = texts[at];
     }
   }
 
   const drawSoon = life.framed(draw),
     { recording } = app;
-  let drawnAt = null; // the number of events up to the drawn moment
+  let drawnCount = null; // the number of events up to the drawn moment
   const drawIfMoved = () => {
-    if (drawnAt !== recording.at) drawSoon();
-    drawnAt = recording.at;
+    if (drawnCount !== recording.at) drawSoon();
+    drawnCount = recording.at;
   };
   if (recording) life.follow(recording, drawIfMoved);
   life.listen(app, "select", drawSoon);

@@ -58,11 +58,14 @@ export function open(root, app) {
     stopButton = button("Stop", stop, { id: "stop-skill" });
   async function call() {
     const text = input.value.trim();
-    if (!text) return input.focus();
+    if (!text) {
+      input.focus();
+      return;
+    }
     callButton.disabled = true;
     await app.attempt(() => post(pathFor("skiller/call"), { skill_string: text }), "Called: " + text);
     readActive();
-    return (callButton.disabled = false);
+    callButton.disabled = false;
   }
   const callForm = form("#call.call", call, input, callButton, stopButton, heldNote);
   const select = choice({ "aria-label": "Skiller", id: "skiller" }, (id) => {
@@ -93,7 +96,9 @@ export function open(root, app) {
   page.split.classList.add("detail-first");
   root.append(page.split);
 
-  /** The chosen Skiller, else the Skiller with the last call. */
+  /**
+   * The id of the chosen Skiller, else of the Skiller with the last call, else of the usual or first Skiller.
+   */
   function skiller() {
     const ids = skillerIds();
     if (ids.includes(chosenSkiller)) return chosenSkiller;
@@ -122,12 +127,12 @@ export function open(root, app) {
   }
   function drawChoice() {
     const ids = skillerIds(),
-      isOther = select.offer(
+      isChanged = select.offer(
         ids.map((id) => [id, nameOfLane(id)]),
         skiller(),
       );
     select.hidden = ids.length < 2;
-    if (isOther && skiller() !== shownSkiller) changeSkiller();
+    if (isChanged && skiller() !== shownSkiller) changeSkiller();
   }
 
   async function readSkillers() {
@@ -227,7 +232,7 @@ export function open(root, app) {
     app.onChange(draw),
   );
   shownSkiller = skiller();
-  if (!app.stream.isWaiting) renew();
+  if (!app.stream.isWaiting) renew(); // else the event hello leads to a renewal
   draw();
   return {
     go([name = ""]) {

@@ -21,7 +21,7 @@ import { Lifetime } from "cx/scaffold.js";
 import { changesOf } from "cx/world/changes.js";
 import { callAt, isOver, Lanes, robotCards, robotsOf } from "cx/world/robots.js";
 
-export const tab = { title: "World", order: 57, formerly: "map" };
+export const tab = { title: "World", order: 57, formerly: "map" }; // old addresses still open the view
 export const moment = "past";
 export const kinds = ["interface", "navgraph", "fact"];
 const SOON_MS = 1000, // the shortest time between two requests
@@ -106,7 +106,7 @@ export function open(root, app) {
       to = recording ? recording.end : Math.max(app.now, from + 1),
       latestChanges = changes.latest(MOST_CHANGES, draw);
     lanes.box.hidden = !callsByRobot.size;
-    lanes.draw(callsByRobot, history, { from, to, now: shownMoment.time });
+    lanes.draw(callsByRobot, history, { from, to, shown: shownMoment.time });
     drawMap(callsByRobot, shownMoment);
     const noRobot = () =>
       none("No robot has done anything yet", "A robot appears with its first skill call.");
@@ -118,7 +118,9 @@ export function open(root, app) {
     );
     drawFacts(latestChanges);
   }
-  /** The robot of a track: the track has the robot's name, or the run has one robot and one pose. */
+  /**
+   * The robot of a track, whose name contains the robot's, or in a run with one robot and one pose; "": none.
+   */
   function robotOf(track, callsByRobot) {
     const names = [...callsByRobot.keys()],
       named = names.find((name) => track.name.toLowerCase().includes(name.toLowerCase())),
@@ -155,7 +157,7 @@ export function open(root, app) {
         robot = robotOf(track, callsByRobot),
         label = labelOf(track, robot, callsByRobot, shownMoment),
         trail = isShown.trails && place.x !== null ? tracks.trail(track, frame, time) : [],
-        look = { number: number % SERIES_COLOURS, marked: name === chosenName };
+        look = { colourNumber: number % SERIES_COLOURS, isMarked: name === chosenName };
       return { ...place, name, kind, robot, label, trail, ...look };
     };
     shownItems = tracks
@@ -187,13 +189,13 @@ export function open(root, app) {
     );
   }
   function drawTable() {
-    const state = shownItems.map(({ label, x, y, yaw, frame: itemFrame, marked }) => [
+    const state = shownItems.map(({ label, x, y, yaw, frame: itemFrame, isMarked }) => [
       label,
       x,
       y,
       yaw,
       itemFrame,
-      marked,
+      isMarked,
     ]);
     redraw(tableBox, state, () =>
       shownItems.length
@@ -201,16 +203,16 @@ export function open(root, app) {
         : note("No robot is here at this moment."),
     );
   }
-  function tableRow({ name, x, y, yaw, marked, number: colour, frame: itemFrame }) {
+  function tableRow({ name, x, y, yaw, isMarked, colourNumber, frame: itemFrame }) {
     const choose = () => {
       chosenName = name;
       if (x !== null) drawing.centre(x, y);
       draw();
     };
     const turn = yaw === null ? "" : Math.round((yaw * 180) / Math.PI) + "°",
-      key = el.span({ class: "plot-key series-" + (colour + 1), "aria-hidden": "true" });
+      key = el.span({ class: "plot-key series-" + (colourNumber + 1), "aria-hidden": "true" });
     return el.tr(
-      { class: marked ? "marked" : null, "data-item": name },
+      { class: isMarked ? "marked" : null, "data-item": name },
       el.th({ scope: "row" }, key, " ", button(name, choose, { class: "quiet" })),
       x === null
         ? el("td.dim.small", { colspan: 3 }, "in " + itemFrame + ", not connected to " + frame)

@@ -81,14 +81,14 @@ class ChangeStore extends Store {
       source = app.recording || app,
       known = this.ownTemplates.get(env);
     if (known?.source === source) return known.own;
-    const entry = { source, own: new Set() };
-    this.ownTemplates.set(env, entry);
+    const templates = { source, own: new Set() };
+    this.ownTemplates.set(env, templates);
     const storeOwn = ({ own }) => {
-      entry.own = own;
+      templates.own = own;
       onTemplatesKnown();
     };
     templateOwners(app, env).then(storeOwn, () => {}); // without an answer, only the domain is shown
-    return entry.own;
+    return templates.own;
   }
 }
 export const changesOf = (app) => ChangeStore.of(app);

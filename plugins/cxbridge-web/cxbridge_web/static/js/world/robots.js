@@ -23,12 +23,12 @@ export const isOver = (call, step) => Boolean(call.end) && call.end.step <= step
 /**
  * The bar of a call.
  * @param share(time) the place of a time, from 0 to 1
- * @param now the end of an open call
+ * @param openEnd the time at which the bar of an open call ends
  */
-function bar({ begin, end, status, text, error }, share, now) {
+function bar({ begin, end, status, text, error }, share, openEnd) {
   const outcome = skillOutcome(status),
     { word, icon } = OUTCOMES[outcome],
-    [left, right] = [begin.time, end ? end.time : now].map((time) => 100 * share(time)),
+    [left, right] = [begin.time, end ? end.time : openEnd].map((time) => 100 * share(time)),
     about = {
       class: "lane-bar o-" + outcome,
       style: `left: ${left}%; width: ${Math.max(0, right - left)}%`,
@@ -47,8 +47,8 @@ export class Lanes {
     this.box = el("div.lanes-of-robots", this.rows);
   }
 
-  /** @param about from, to and now (the shown moment), in microseconds */
-  draw(robots, history, { from, to, now }) {
+  /** @param times from, to and shown (the moment of the cursor), in microseconds */
+  draw(robots, history, { from, to, shown }) {
     const share = (time) => (time - from) / Math.max(1, to - from);
     const choose = ({ clientX, currentTarget }) => {
       const { left, width } = currentTarget.getBoundingClientRect();
@@ -63,10 +63,11 @@ export class Lanes {
         el("div.lane-track", { ...about, on: { pointerdown: choose } }, bars),
       );
     };
+    // the bars of open calls grow
     const state = [history.revision, from, history.hasOpenItems ? to : 0];
     if (redraw(this.rows, state, () => [...robots].map(lane)))
       this.rows.querySelector(".lane-track")?.append(this.cursor);
-    this.cursor.style.left = 100 * Math.min(1, Math.max(0, share(now))) + "%";
+    this.cursor.style.left = 100 * Math.min(1, Math.max(0, share(shown))) + "%";
     this.cursor.style.height = robots.size * 1.9 + "rem"; // the height of .lane in css/map.css
   }
 }
