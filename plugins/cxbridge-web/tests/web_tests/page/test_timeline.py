@@ -84,7 +84,7 @@ def labels(tab: Any) -> list[str]:
 
 def window(tab: Any) -> tuple[float, float]:
     """Return begin and end of the shown window in seconds, which the canvas has only as pixels."""
-    shown = tab.evaluate("document.querySelector('.tl').timeline.window")
+    shown = tab.evaluate("document.querySelector('.tl').timeline.timeWindow")
     return (shown["from"] - START_US) / SECOND, (shown["to"] - START_US) / SECOND
 
 

@@ -16,12 +16,12 @@ const isWithin = (span, value, { axis }, now, slack) =>
  * @param x, y pixels within the canvas
  * @returns {{mark} | {row, item, span} | {row} | null}
  */
-export function findAt({ window, history, now, rowHeight, rows, marks, scroll }, x, y) {
+export function findAt({ timeWindow, history, now, rowHeight, rows, marks, scroll }, x, y) {
   if (y < AXIS) return null;
-  const value = window.value(x),
-    slack = (NEAR / window.width) * window.span;
+  const value = timeWindow.value(x),
+    slack = (NEAR / timeWindow.width) * timeWindow.span;
   if (y < AXIS + MARKS) {
-    const distance = (mark) => Math.abs(mark[window.axis] - value),
+    const distance = (mark) => Math.abs(mark[timeWindow.axis] - value),
       [mark] = marks
         .filter((candidate) => distance(candidate) <= slack)
         .sort((a, b) => distance(a) - distance(b));
@@ -29,7 +29,7 @@ export function findAt({ window, history, now, rowHeight, rows, marks, scroll },
   }
   const row = rows[Math.floor((y - AXIS - MARKS + scroll) / rowHeight)];
   // tails are not drawn
-  const isAt = (span) => span.part !== "tail" && isWithin(span, value, window, now, slack / 3);
+  const isAt = (span) => span.part !== "tail" && isWithin(span, value, timeWindow, now, slack / 3);
   const findAmong = (items) => {
     for (const item of items) {
       const span = spansOf(item, history).findLast(isAt);

@@ -6,13 +6,13 @@ const STEP = 0.15, // a key pans by this share of the width
 
 /** Listen to the pointer. @param surface the node of the timeline's canvas */
 export function pointerInput(surface, timeline) {
-  const { window } = timeline;
+  const { timeWindow } = timeline;
   gestures(surface, {
     pan(dx, dy) {
-      if (dx) window.pan(-dx);
+      if (dx) timeWindow.pan(-dx);
       timeline.scrollBy(-dy);
     },
-    zoom: (factor, x) => window.zoom(1 / factor, x),
+    zoom: (factor, x) => timeWindow.zoom(1 / factor, x),
     point: (x, y) => timeline.hover([x, y]),
     leave: () => timeline.hover(null),
     press: (x, y) => timeline.clickAt(x, y),
@@ -29,9 +29,9 @@ export function pointerInput(surface, timeline) {
 
 /** The keys of the timeline; the tree of names has further keys. */
 export function keyInput(box, timeline) {
-  const { window } = timeline,
-    zoom = (factor) => window.zoom(factor, timeline.cursorX),
-    pan = (share) => window.pan(share * window.width);
+  const { timeWindow } = timeline,
+    zoom = (factor) => timeWindow.zoom(factor, timeline.cursorX),
+    pan = (share) => timeWindow.pan(share * timeWindow.width);
   const actions = {
     "+": () => zoom(ZOOM_IN),
     "=": () => zoom(ZOOM_IN), // the key of + without Shift
@@ -40,7 +40,7 @@ export function keyInput(box, timeline) {
     s: () => zoom(1 / ZOOM_IN),
     a: () => pan(-STEP),
     d: () => pan(STEP),
-    0: () => window.fit(),
+    0: () => timeWindow.fit(),
     f: () => timeline.zoomToSelection(),
     n: () => timeline.toNow(),
     e: () => timeline.toError(1),

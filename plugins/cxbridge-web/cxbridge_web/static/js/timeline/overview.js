@@ -14,23 +14,24 @@ export class Overview {
     this.picture = el.canvas(); // the strip without the frame, which changes more often
     this.sign = ""; // identifies the content of the picture
     const { node } = this.canvas,
-      { window } = timeline;
+      { timeWindow } = timeline;
     gestures(node, {
-      pan: (dx) => window.pan(-dx),
-      zoom: (factor, x) => window.zoom(1 / factor, window.x(this.valueAt(x))),
+      pan: (dx) => timeWindow.pan(-dx),
+      zoom: (factor, x) => timeWindow.zoom(1 / factor, timeWindow.x(this.valueAt(x))),
       point: (x) => {
-        node.style.cursor = this.isNear(x, window.from) || this.isNear(x, window.to) ? "ew-resize" : "grab";
+        node.style.cursor =
+          this.isNear(x, timeWindow.from) || this.isNear(x, timeWindow.to) ? "ew-resize" : "grab";
       },
       leave() {},
       press() {},
       grab: (x) => this.grab(x),
     });
-    node.addEventListener("dblclick", () => window.fit());
+    node.addEventListener("dblclick", () => timeWindow.fit());
   }
 
   /** The range of the whole run. */
   get whole() {
-    return this.timeline.window.whole();
+    return this.timeline.timeWindow.whole();
   }
   valueAt(x) {
     const { from, to } = this.whole;
@@ -49,28 +50,28 @@ export class Overview {
    * @returns the function that gets the pixels to which the pointer is dragged
    */
   grab(x) {
-    const { window } = this.timeline,
+    const { timeWindow } = this.timeline,
       begin = this.valueAt(x),
-      isLeft = this.isNear(x, window.from),
-      isRight = this.isNear(x, window.to);
-    if (!isLeft && !isRight && (begin < window.from || begin > window.to))
-      window.set(begin - window.span / 2, begin + window.span / 2);
-    const { from, to } = window;
+      isLeft = this.isNear(x, timeWindow.from),
+      isRight = this.isNear(x, timeWindow.to);
+    if (!isLeft && !isRight && (begin < timeWindow.from || begin > timeWindow.to))
+      timeWindow.set(begin - timeWindow.span / 2, begin + timeWindow.span / 2);
+    const { from, to } = timeWindow;
     return (draggedX) => {
       const by = this.valueAt(draggedX) - begin;
-      if (isLeft && !isRight) window.set(Math.min(from + by, to), to);
-      else if (isRight) window.set(from, Math.max(to + by, from));
-      else window.set(from + by, to + by);
+      if (isLeft && !isRight) timeWindow.set(Math.min(from + by, to), to);
+      else if (isRight) timeWindow.set(from, Math.max(to + by, from));
+      else timeWindow.set(from + by, to + by);
     };
   }
 
   /** For each pixel, the number of running goals, and 1 for a failure: {running, failed}. */
   countGoals(width) {
-    const { history, now, window, rows } = this.timeline,
+    const { history, now, timeWindow, rows } = this.timeline,
       size = Math.ceil(width) + 1,
       changes = new Int32Array(size + 1), // of the number of running goals, at each pixel
       failed = new Uint8Array(size);
-    const place = (point) => Math.min(size - 1, Math.max(0, Math.floor(this.xOf(point[window.axis]))));
+    const place = (point) => Math.min(size - 1, Math.max(0, Math.floor(this.xOf(point[timeWindow.axis]))));
     for (const goal of rows.goals) {
       if (rows.outcomes.size && !rows.fits(goal)) continue;
       for (const { part, from, to, outcome } of spansOf(goal, history)) {
@@ -89,10 +90,19 @@ export class Overview {
     this.canvas.draw();
   }
   paint(context, width, height, colours) {
-    const { window, history, now, rows, cursorValue } = this.timeline,
+    const { timeWindow, history, now, rows, cursorValue } = this.timeline,
       { node } = this.canvas,
       { from, to } = this.whole,
-      state = [node.width, history.revision, now.time, from, to, window.axis, colours.back, ...rows.outcomes];
+      state = [
+        node.width,
+        history.revision,
+        now.time,
+        from,
+        to,
+        timeWindow.axis,
+        colours.back,
+        ...rows.outcomes,
+      ];
     if (state.join() !== this.sign) {
       this.sign = state.join();
       Object.assign(this.picture, { width: node.width, height: node.height });
@@ -112,9 +122,9 @@ export class Overview {
       if (hasFailure) fillBox(context, outcomes.failed.fill, x - 1, 1, 3, 6);
   }
   paintFrame(context, width, { panel, focus }, cursorValue) {
-    const { window } = this.timeline,
-      left = Math.max(0, this.xOf(window.from)),
-      right = Math.min(width, this.xOf(window.to));
+    const { timeWindow } = this.timeline,
+      left = Math.max(0, this.xOf(timeWindow.from)),
+      right = Math.min(width, this.xOf(timeWindow.to));
     fillBox(context, panel, 0, 0, left, HEIGHT, 0.72);
     fillBox(context, panel, right, 0, width - right, HEIGHT, 0.72);
     context.beginPath();

@@ -61,12 +61,12 @@ export class Painter {
    * most 20 pixels away, far enough that the rounded corners of the bar are not seen.
    */
   edges({ from, to }) {
-    const { window } = this,
-      left = window.place(from),
-      right = window.place(to || this.now);
-    return right < -LEAST_BAR_WIDTH || left > window.width + LEAST_BAR_WIDTH
+    const { timeWindow } = this,
+      left = timeWindow.place(from),
+      right = timeWindow.place(to || this.now);
+    return right < -LEAST_BAR_WIDTH || left > timeWindow.width + LEAST_BAR_WIDTH
       ? null
-      : [Math.max(left, -20), Math.min(right, window.width + 20)];
+      : [Math.max(left, -20), Math.min(right, timeWindow.width + 20)];
   }
   /** The visible spans of an item: {span, edges, freeUntil}, see edges() and freeUntil(). */
   *spans(item) {
@@ -80,13 +80,13 @@ export class Painter {
    * The pixel at which the room behind a bar ends. @param point the begin of the next bar, if there is one
    */
   freeUntil(point) {
-    return point ? this.window.place(point) : this.window.width;
+    return point ? this.timeWindow.place(point) : this.timeWindow.width;
   }
 
   row(row, y) {
     const { palette, rowHeight } = this;
     if (row.key === this.selected)
-      fillBox(this.context, palette.focus, 0, y, this.window.width, rowHeight - 1, 0.1);
+      fillBox(this.context, palette.focus, 0, y, this.timeWindow.width, rowHeight - 1, 0.1);
     if (row.kind === "robot") this.robot(row.item, y);
     else if (row.kind === "group") {
       // a closed group has the calls of all its robots in its row
@@ -151,9 +151,9 @@ export class Painter {
   /** Draw the calls of a robot. @param calls ordered by their begin */
   robot(calls, y) {
     let drawnX = -Infinity; // the right end of the last drawn bar
-    for (let at = firstVisible(calls, this.window); at < calls.length; at++) {
+    for (let at = firstVisible(calls, this.timeWindow); at < calls.length; at++) {
       const call = calls[at];
-      if (call.begin[this.window.axis] > this.window.to) break;
+      if (call.begin[this.timeWindow.axis] > this.timeWindow.to) break;
       const [span] = spansOf(call, this.history),
         edges = this.edges(span);
       if (!edges || edges[1] < drawnX + 0.5) continue;
@@ -185,7 +185,7 @@ export class Painter {
       mark = isLate ? "late: " : isLoud(outcome) || outcome === "rejected" ? look.icon + " " : "",
       markedText = mark + text,
       visibleLeft = Math.max(left, 0),
-      room = Math.min(left + width, this.window.width) - visibleLeft - 10,
+      room = Math.min(left + width, this.timeWindow.width) - visibleLeft - 10,
       behind = freeUntil - left - width;
     if (room > 20) this.write(cutTo(markedText, room), look.ink, visibleLeft + 5, middle);
     if (room < markedText.length * LETTER_WIDTH && isLoud(outcome) && behind > 60)
@@ -194,27 +194,31 @@ export class Painter {
 
   /** Draw the axis, and its lines through the rows. */
   axis(bottom) {
-    const { context, window, palette } = this,
-      { step, unit } = axisStep(window),
-      zero = unit === 1 ? 0 : (this.zero ?? dayBegin(window.from)),
+    const { context, timeWindow, palette } = this,
+      { step, unit } = axisStep(timeWindow),
+      zero = unit === 1 ? 0 : (this.zero ?? dayBegin(timeWindow.from)),
       gap = step * unit;
-    for (let value = zero + Math.ceil((window.from - zero) / gap) * gap; value <= window.to; value += gap) {
-      const x = Math.round(window.x(value)),
+    for (
+      let value = zero + Math.ceil((timeWindow.from - zero) / gap) * gap;
+      value <= timeWindow.to;
+      value += gap
+    ) {
+      const x = Math.round(timeWindow.x(value)),
         text = axisText(value, step, unit, this.zero),
         width = text.length * LETTER_WIDTH;
       fillBox(context, palette.line, x, AXIS - 6, 1, bottom - AXIS + 6, 0.5);
-      this.write(text, palette.dim, Math.max(2, Math.min(x - width / 2, window.width - width - 2)), 10);
+      this.write(text, palette.dim, Math.max(2, Math.min(x - width / 2, timeWindow.width - width - 2)), 10);
     }
   }
 
   /** Draw a triangle for each error, at most one in three pixels. */
   errors(marks) {
-    const { context, window, palette } = this,
+    const { context, timeWindow, palette } = this,
       { fill, ink: colour } = palette.outcomes.failed;
     let drawnX = -10; // the place of the last drawn mark
-    for (let at = firstVisible(marks, window, (each) => each); at < marks.length; at++) {
-      const x = window.place(marks[at]);
-      if (x > window.width + 6) break;
+    for (let at = firstVisible(marks, timeWindow, (each) => each); at < marks.length; at++) {
+      const x = timeWindow.place(marks[at]);
+      if (x > timeWindow.width + 6) break;
       if (x < drawnX + 3) continue;
       drawnX = x;
       const corners = [0, 6, -6].map((dx) => [x + dx, AXIS + (dx ? 14 : 2)]);
@@ -226,9 +230,9 @@ export class Painter {
 
   /** Draw the chosen moment as a line with a triangle at the axis. */
   cursor(value, bottom) {
-    const x = this.window.x(value),
+    const x = this.timeWindow.x(value),
       fill = this.palette.focus;
-    if (x < -6 || x > this.window.width + 6) return;
+    if (x < -6 || x > this.timeWindow.width + 6) return;
     fillBox(this.context, fill, x - 0.75, 14, 1.5, bottom - 14);
     line(
       this.context,
@@ -242,5 +246,5 @@ export class Painter {
 const dayBegin = (time) => new Date(time / 1000).setHours(0, 0, 0, 0) * 1000;
 
 /** The index of the last item that begins before the window, and so may reach into the window. */
-const firstVisible = (list, window, pointOf = (each) => each.begin) =>
-  Math.max(0, countWhile(list, (each) => pointOf(each)[window.axis] < window.from) - 1);
+const firstVisible = (list, timeWindow, pointOf = (each) => each.begin) =>
+  Math.max(0, countWhile(list, (each) => pointOf(each)[timeWindow.axis] < timeWindow.from) - 1);

@@ -29,10 +29,10 @@ export class Timeline {
     this.clickedItem = null; // the item of the last click
     this.shape = -1; // the shape of the history whose rows are listed
     this.rows = Rows.of(host.history);
-    this.window = new TimeWindow((axis) => this.range(axis));
-    this.window.follows = host.isLive;
+    this.timeWindow = new TimeWindow((axis) => this.range(axis));
+    this.timeWindow.follows = host.isLive;
     this.build(tools);
-    this.window.listeners.add(() => this.moved());
+    this.timeWindow.listeners.add(() => this.moved());
     pointerInput(this.canvas.node, this);
     keyInput(this.box, this);
     if (host.isLive) this.tickTimer = setInterval(() => this.tick(), LIVE_MS);
@@ -91,13 +91,13 @@ export class Timeline {
   }
   /** The chosen moment as a value of the axis; null: now. */
   get cursorValue() {
-    return this.host.cursor()?.[this.window.axis] ?? null;
+    return this.host.cursor()?.[this.timeWindow.axis] ?? null;
   }
   /** The pixel of the chosen moment; the middle without a visible moment. */
   get cursorX() {
     const value = this.cursorValue,
-      x = value === null ? -1 : this.window.x(value);
-    return x >= 0 && x <= this.window.width ? x : this.window.width / 2;
+      x = value === null ? -1 : this.timeWindow.x(value);
+    return x >= 0 && x <= this.timeWindow.width ? x : this.timeWindow.width / 2;
   }
   /** The step of the chosen moment; Infinity: now. */
   get cursorStep() {
@@ -116,13 +116,13 @@ export class Timeline {
     return this.lateCalls;
   }
   /**
-   * What is drawn: window, history, rows, marks; now and zero, see host.js; late: the late calls;
+   * What is drawn: timeWindow, history, rows, marks; now and zero, see host.js; late: the late calls;
    * rowHeight and scroll: pixels; selected: the key of the selected row; chosen: the item of the path.
    */
   get scene() {
-    const { window, history, now, zero, late, marks, list } = this;
+    const { timeWindow, history, now, zero, late, marks, list } = this;
     return {
-      ...{ window, history, now, zero, late, marks, rowHeight: list.rowHeight, selected: list.selected },
+      ...{ timeWindow, history, now, zero, late, marks, rowHeight: list.rowHeight, selected: list.selected },
       ...{ rows: list.items, scroll: list.box.scrollTop, chosen: resolve(this.path, history).item },
     };
   }
@@ -137,7 +137,7 @@ export class Timeline {
   update() {
     if (this.history.shape !== this.shape || this.rows.hasFilters) this.relist();
     else this.later();
-    this.window.advance();
+    this.timeWindow.advance();
   }
   /** Make the rows again. */
   relist() {
@@ -158,16 +158,16 @@ export class Timeline {
     const { time } = this.now;
     if (document.hidden || !this.box.isConnected || time === this.tickedAt) return;
     this.tickedAt = time;
-    this.window.advance();
+    this.timeWindow.advance();
     this.later();
   }
 
   draw(context, width, height, palette) {
-    const { window, list, isListDirty } = this,
+    const { timeWindow, list, isListDirty } = this,
       namesSign = this.history.revision + " " + this.cursorStep,
-      isWider = window.width !== width;
-    window.width = width;
-    if (!this.isFitted || (isWider && window.fits)) window.fit();
+      isWider = timeWindow.width !== width;
+    timeWindow.width = width;
+    if (!this.isFitted || (isWider && timeWindow.fits)) timeWindow.fit();
     this.isFitted = true;
     if (isListDirty) this.drawList();
     else if (this.namesSign !== namesSign) list.update();
@@ -242,11 +242,11 @@ export class Timeline {
   /** The begin and end of an item, as values of the axis. */
   rangeOf(item) {
     const { begin, end } = timesOf(item, this.history);
-    return [begin, end || this.now].map((point) => point[this.window.axis]);
+    return [begin, end || this.now].map((point) => point[this.timeWindow.axis]);
   }
   revealTime(item) {
     const [from, to] = this.rangeOf(item);
-    if (to < this.window.from || from > this.window.to) this.window.show(from, to);
+    if (to < this.timeWindow.from || from > this.timeWindow.to) this.timeWindow.show(from, to);
   }
   /** Choose a row of the tree. @param how "key": the user walked to the row with the arrow keys */
   choose({ kind, item }, how) {
@@ -266,9 +266,9 @@ export class Timeline {
   }
   /** Choose the moment at a pixel. */
   setCursorAt(x) {
-    const { axis } = this.window,
+    const { axis } = this.timeWindow,
       { from, to } = this.range(axis),
-      value = Math.round(Math.min(Math.max(this.window.value(x), from), to)),
+      value = Math.round(Math.min(Math.max(this.timeWindow.value(x), from), to)),
       { history } = this;
     this.host.setCursor(
       axis === "time"
@@ -293,10 +293,10 @@ export class Timeline {
   /** Show the item of a double click, or zoom in where there is none. */
   zoomAt(x) {
     if (this.clickedItem) this.zoomTo(this.clickedItem);
-    else this.window.zoom(0.4, x);
+    else this.timeWindow.zoom(0.4, x);
   }
   zoomTo(item) {
-    this.window.show(...this.rangeOf(item));
+    this.timeWindow.show(...this.rangeOf(item));
   }
   zoomToSelection() {
     const { item } = resolve(this.path, this.history);
@@ -304,7 +304,7 @@ export class Timeline {
   }
   toNow() {
     this.host.setCursor(null);
-    this.window.follow();
+    this.timeWindow.follow();
     this.later();
   }
   /**
@@ -323,9 +323,9 @@ export class Timeline {
   showMark(mark) {
     const { time, step } = mark;
     this.host.setCursor({ time, step });
-    this.window.reveal(mark[this.window.axis]);
+    this.timeWindow.reveal(mark[this.timeWindow.axis]);
     if (mark.call) this.host.go(pathTo(mark.call));
-    this.tip.show(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
+    this.tip.show(tipOf({ mark }, this.scene), this.timeWindow.place(mark), AXIS + MARKS);
     this.later();
   }
   /** @param place [x, y] of the pointer; null: the pointer has left */

@@ -21,7 +21,7 @@ export class Toolbar {
   /** @param more further elements of the toolbar */
   constructor(timeline, more = []) {
     this.timeline = timeline;
-    const { window, rows } = timeline;
+    const { timeWindow, rows } = timeline;
     this.chips = OUTCOME_NAMES.map((name) => this.chip(name));
     this.countNode = el("span.dim.count", { role: "status" });
     this.nowButton = toolButton(
@@ -51,7 +51,7 @@ export class Toolbar {
       relist();
     });
     const limitToView = (on) => {
-      rows.visibleWindow = on ? window : null;
+      rows.visibleWindow = on ? timeWindow : null;
       relist();
     };
     const tools = el(
@@ -60,16 +60,16 @@ export class Toolbar {
       searchField,
       checkbox("in view", false, limitToView, { title: "only goals within the visible time" }),
       group("Folds", {}, foldButton("▸", "close all", false), foldButton("▾", "open all", true)),
-      checkbox("steps", false, (on) => window.useAxis(on ? "step" : "time"), {
+      checkbox("steps", false, (on) => timeWindow.useAxis(on ? "step" : "time"), {
         title: "each transition has the same width",
       }),
       this.nextErrorButton,
       group(
         "Zoom",
         { class: "tl-zoom" },
-        toolButton("−", () => window.zoom(ZOOM), "zoom out (-)"),
-        toolButton("+", () => window.zoom(1 / ZOOM), "zoom in (+)"),
-        toolButton("Fit", () => window.fit(), "the whole run (0)"),
+        toolButton("−", () => timeWindow.zoom(ZOOM), "zoom out (-)"),
+        toolButton("+", () => timeWindow.zoom(1 / ZOOM), "zoom in (+)"),
+        toolButton("Fit", () => timeWindow.fit(), "the whole run (0)"),
       ),
       this.nowButton,
     );
@@ -96,8 +96,8 @@ export class Toolbar {
   }
 
   draw() {
-    const { history, rows, window, host, list, marks } = this.timeline;
-    if (host.isLive) this.drawNowButton(window.follows);
+    const { history, rows, timeWindow, host, list, marks } = this.timeline;
+    if (host.isLive) this.drawNowButton(timeWindow.follows);
     // counting takes long, and zooming does not change the counts
     if (this.drawnItems === list.items && this.revision === history.revision) return;
     this.drawnItems = list.items;

@@ -108,10 +108,10 @@ export class TimeWindow {
  * The distance of the axis's marks: {step, unit}; step is a round number of seconds (unit 1e6) or of steps
  * (1).
  */
-export function axisStep(window) {
-  const unit = window.axis === "time" ? 1e6 : 1,
+export function axisStep(timeWindow) {
+  const unit = timeWindow.axis === "time" ? 1e6 : 1,
     // marks have a distance of at least 105 pixels, and there are at least two
-    leastStep = (window.span / unit) * Math.min(0.5, 105 / window.width),
+    leastStep = (timeWindow.span / unit) * Math.min(0.5, 105 / timeWindow.width),
     power = 10 ** Math.floor(Math.log10(leastStep));
   const longStep = unit === 1e6 && leastStep > 45 ? clockStep(leastStep) : null; // minutes and hours
   const step =
