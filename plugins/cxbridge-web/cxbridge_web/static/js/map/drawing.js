@@ -62,7 +62,8 @@ export class Drawing {
   /**
    * Show these graphs and items.
    * @param graphs {name, nodes, edges}[]
-   * @param items {x, y, yaw (null: no direction), name, kind, colourNumber, seen, trail, goal, isMarked}[]
+   * @param items {x, y, yaw (null: no direction), name, label (of a robot; empty: its name), kind,
+   * colourNumber, seen, trail, goal, isMarked}[]
    */
   show(graphs, items) {
     Object.assign(this, { graphs, items });
@@ -252,7 +253,7 @@ export class Drawing {
         look,
       );
     if (item.isMarked) dot(context, x, y, size + 6, { stroke: colours.focus, width: 2 });
-    this.paintText(context, item.name, x + size + 4, y + 4, colours.text, colours.back);
+    this.paintText(context, item.label || item.name, x + size + 4, y + 4, colours.text, colours.back);
   }
 
   paintFrame(context, item, colours) {
