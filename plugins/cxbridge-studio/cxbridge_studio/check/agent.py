@@ -130,6 +130,8 @@ class Agent(Closing):
     :ivar files: the loaded CLIPS files, in the order of loading.
     :ivar requested_files: the files that the configuration and the CLIPS files load, including missing files.
     :ivar missing_files: the requested files that no folder contains.
+    :ivar late_interfaces: the interfaces that only files open, and that no entry preloads: by type the paths
+        of the files that CLIPS loads before it has the deftemplate.
     """
 
     def __init__(self, options: RunOptions, sources: Sink | None = None) -> None:
@@ -137,6 +139,7 @@ class Agent(Closing):
         self.files: list[ClipsFile] = []
         self.requested_files: list[RequestedFile] = []
         self.missing_files: list[RequestedFile] = []
+        self.late_interfaces: dict[str, frozenset[Path]] = {}
         self._requested_features: set[str] = set()
         self._full_names: dict[str, str] = {}  # the deftemplates' names with modules, by the names without
         base = make_base(options, VirtualClock())
@@ -410,7 +413,10 @@ class Agent(Closing):
         for call in file.find_calls("ff-feature-request"):
             self._request_feature(read_first_argument(call))
         for call in file.find_calls(*_INTERFACE_FUNCTIONS):
-            self._preload_interface(read_first_argument(call))
+            interface = read_first_argument(call)
+            if interface and not self._has_interface(interface):
+                self.late_interfaces.setdefault(interface, frozenset(file.path for file in self.files))
+            self._preload_interface(interface)
         for call in file.find_calls(*_LOAD_FUNCTIONS, *_BATCH_FUNCTIONS):
             if name := read_first_argument(call):
                 prefix = "BATCH|" if call.head in _BATCH_FUNCTIONS else ""
@@ -429,6 +435,14 @@ class Agent(Closing):
         if feature in self.manager.features and feature not in self._requested_features:
             self._requested_features.add(feature)
             self.manager.request(self.env.name, feature)
+
+    def _has_interface(self, interface: str) -> bool:
+        """Return whether CLIPS has the deftemplate of an interface.
+
+        CLIPS itself makes a deftemplate without slots for the pattern of a rule that it refuses.
+        """
+        has_template = self.env.has_template(interface)
+        return has_template and "id" in self.eval_words(f"(deftemplate-slot-names {interface})")
 
     def _preload_interface(self, interface: str) -> None:
         """Add the deftemplate of an interface to the environment, as opening the interface in a run does."""

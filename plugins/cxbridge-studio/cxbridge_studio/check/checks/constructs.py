@@ -137,9 +137,12 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
     word: SyntaxNode | None = None
     if construct is not None:
-        if (pattern := _find_unknown_template(agent, construct)) is not None:
+        if (pattern := _find_unknown_template(agent, file, construct)) is not None:
             hint = did_you_mean(pattern.head, _find_defined_names(agent, "deftemplate"))
             message = f"{prefix}there is no deftemplate '{pattern.head}'"
+            if pattern.head in agent.late_interfaces:
+                message += " until a rule opens the interface"
+                hint = f"add {pattern.head} to the entry blackboard-preload of the spec"
             return Finding(UNKNOWN_TEMPLATE, file.place(pattern), message, hint)
         if code is UNREADABLE_CONSTRUCT:
             # CLIPS has this code for a literal that its slot does not allow.
@@ -294,9 +297,13 @@ def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, drop
 # ---- names
 
 
-def _find_unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
-    """Return the first pattern with slots whose deftemplate does not exist."""
-    templates = agent.deftemplates | {OBJECT}
+def _find_unknown_template(agent: Agent, file: ClipsFile, construct: Definition) -> SyntaxNode | None:
+    """Return the first pattern with slots whose deftemplate CLIPS lacked when it loaded the construct.
+
+    Return None if CLIPS had all deftemplates.
+    """
+    late_interfaces = {name for name, paths in agent.late_interfaces.items() if file.path in paths}
+    templates = agent.deftemplates - late_interfaces | {OBJECT}
     slotted_patterns = (ce for ce in find_patterns(parse_condition(construct.node)) if not ce.is_ordered)
     return next((ce.node for ce in slotted_patterns if without_module(ce.template) not in templates), None)
 

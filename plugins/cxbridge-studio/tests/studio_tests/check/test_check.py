@@ -78,6 +78,12 @@ def test_shipped_scenarios_have_no_findings(name):
             ("(defrule r (thing (a ?x)) => (assert (thing (d ?x))))", "CX203", 46, "has no slot 'd'"),
             ("(defrule r (nothing (a 1)) => (halt))", "CX202", 12, "there is no deftemplate 'nothing'"),
             ("(defrule r (not (thng (a 1))) => (halt))", "CX202", 17, "there is no deftemplate 'thng'"),
+            (
+                '(defrule r (MotorInterface (id ?x)) => (blackboard-open "MotorInterface" ?x))',
+                "CX202",
+                12,
+                "there is no deftemplate 'MotorInterface' until a rule opens the interface",
+            ),
             ("(defrule r (thing (a ?x)) => (fooo ?x))", "CX204", 31, "there is no function 'fooo'"),
             ("(defrule r (thing) => (printout t ?*no*))", "CX205", 35, "there is no global variable ?*no*"),
             ("(defrule r (thing) => (sym-cat))", "CX206", 24, "'sym-cat' expected at least 1 argument"),
