@@ -47,7 +47,7 @@ ENVIRONMENT = "executive"
 
 
 class MappedAction(Protocol):
-    """The skill string that implements an action."""
+    """The result of mapping an action to a skill string."""
 
     @property
     def text(self) -> str:
@@ -130,7 +130,8 @@ class Executive:
     """Loads and runs the rules of an agent."""
 
     knows_goals: ClassVar[bool] = True
-    """Whether goals decide the end of a run. Otherwise a run lasts until its timeout.
+    """Whether goals decide the end of a run. Otherwise a run lasts until the agent quits or
+    until its timeout.
 
     A plug-in with environments of the CX for ROS 2, whose agents have no goals, overrides this.
     """
@@ -153,7 +154,10 @@ class Executive:
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
         """Returns the existing skills; None if the skills are unknown."""
         self.place_of_action: Callable[[str], str] = lambda _action: ""
-        """Returns file and line of the plan-action with a name; empty if the place is unknown."""
+        """Returns ``FILE:LINE`` of the place that puts an action into a plan, given the action's name.
+
+        The text is empty if the place is unknown.
+        """
         self.control: RuleControl | None = None
         """The debugger of the rules, if any."""
         self.env.to_time_fields = files.to_time_fields
@@ -225,13 +229,16 @@ class Executive:
         return self.control is not None and self.control.is_within_loop
 
     def _run(self) -> int:
-        """Run the rules, in the debugger if it is active."""
+        """Run the rules, in the debugger if it is active; return the number of firings."""
         control = self.control
         return control.run() if control is not None and control.is_active else self.env.run()
 
     @property
     def first_error(self) -> str:
-        """The first error reported by an executive without goals; empty without errors."""
+        """The first error in the log of an agent without goals; empty without errors.
+
+        Always empty here: subclasses for such agents override this.
+        """
         return ""
 
     def follow_transitions(self) -> None:
@@ -258,7 +265,7 @@ class Executive:
 
         The latter means that a root goal has ended, no other root goal is open, no skill runs and the agenda
         is empty. Waiting MAINTAIN goals do not count as open. An agent with only MAINTAIN goals never ends,
-        because the maintained condition may change at any time.
+        because the maintained condition may change at any time. The property records goals that have ended.
         """
         self.goals.record_ended_goals()
         return self.env.quit_requested or (
@@ -315,7 +322,7 @@ class Executive:
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
         """Return the skill string of an action; empty after a log message about an error.
 
-        The texts of these messages are those of Fawkes.
+        The messages have the texts of Fawkes; known places and numbers are added.
         """
         if not self._mapper.has_template(action):
             self.log.warn(f"No mapping for action '{action}' known")

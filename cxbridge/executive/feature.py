@@ -70,12 +70,13 @@ def define_logged(
     failure: Value,
     log_error: Callable[[CxbridgeError], None],
 ) -> None:
-    """Define a method as a CLIPS function whose errors never end a right-hand side, as in Fawkes.
+    """Define a method as a CLIPS function that logs its errors. As in Fawkes, the right-hand side continues.
 
     :param function: the bound method, whose parameters are the arguments of the CLIPS function.
     :param types: the types of the arguments, see ``UdfTable.define``.
     :param failure: the result after an error.
-    :param log_error: gets the error.
+    :param log_error: gets each ``CxbridgeError``. Other exceptions are faults of the method, see
+        ``ClipsEnvironment.faults``.
     """
 
     @wraps(function)

@@ -59,7 +59,8 @@ class GoalState(Struct, frozen=True):
 class GoalWatch:
     """Follows the goals of an environment. Without an environment it has no goals.
 
-    :ivar open_goals: the last states of goals that have a fact, by id.
+    :ivar open_goals: the last states of goals that have a fact, by id. The next call of
+        :meth:`record_ended_goals` removes a goal that has lost its fact.
     :ivar ended_roots: the ended root goals in the order of their end; at most :data:`MAX_ENDED_ROOTS`.
     :ivar outcome_counts: the number of ended root goals by outcome.
     :ivar forgotten_count: the number of goals that :meth:`all_states` leaves out, see :data:`MAX_GOALS`.
@@ -109,6 +110,7 @@ class GoalWatch:
             oldest_id, earlier_count = next(iter(self._last_states))
             del self._last_states[oldest_id, earlier_count]
             self.forgotten_count += 1
+            # otherwise the counts of goals that no longer exist would fill the memory, too
             if oldest_id not in self.open_goals:
                 self._removal_counts.pop(oldest_id, None)
 
@@ -148,7 +150,7 @@ class GoalWatch:
         self.outcome_counts[state.outcome] += 1
 
     def all_states(self) -> tuple[GoalState, ...]:
-        """Return the last state of each goal in order of appearance."""
+        """Return the last state of each goal in order of appearance, without the forgotten goals."""
         unnamed = self._last_states.get((NIL, self._removal_counts[NIL]))
         if unnamed is not None and unnamed.mode == _FIRST_MODE and NIL not in self.open_goals:
             # the core has given the goal an id, under which it has another state

@@ -1,8 +1,8 @@
 """The feature ``blackboard``: interfaces as facts, messages to their writers.
 
-Rules open interfaces with functions of the feature. At each ``time`` fact, the rule ``blackboard-read`` reads
-the open interfaces. Each interface with new data becomes a fact, whose template has the name of the
-interface's type.
+Rules open interfaces with functions of the feature. After ``(blackboard-enable-time-read)``, the rule
+``blackboard-read`` reads the interfaces that are open for reading, at each ``time`` fact. Each interface with
+new data becomes a fact, whose template has the name of the interface's type.
 """
 
 from __future__ import annotations
@@ -125,7 +125,8 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _enable_time_read(env: ClipsEnvironment) -> None:
-        """Read the interfaces at each ``time`` fact, before the rules of the agent."""
+        """Let a rule read the interfaces at each ``time`` fact."""
+        # the salience of Fawkes: rules of the agent at the default salience then match the new facts
         env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
 
     def _define_type(self, context: _BlackBoardContext, interface: Interface) -> bool:
@@ -162,7 +163,7 @@ class BlackBoardFeature(Feature):
             context.log.warn(f"Failed to preload interface type {interface_type}, exception follows")
             self._report_open_error(context, interface_type, error)
             return
-        context.read_interfaces[interface_type] = []
+        context.read_interfaces[interface_type] = []  # marks the type as preloaded
 
     @staticmethod
     def _report_open_error(context: _BlackBoardContext, interface_type: str, error: CxbridgeError) -> None:
@@ -219,7 +220,7 @@ class BlackBoardFeature(Feature):
                     break
 
     def _read(self, context: _BlackBoardContext) -> None:
-        """Read the open interfaces; assert a fact for each interface with new data."""
+        """Read the interfaces that are open for reading; assert a fact for each interface with new data."""
         env = context.env
         for interface_type in sorted(context.read_interfaces):  # Fawkes' map of interfaces is sorted, too
             for interface in context.read_interfaces[interface_type]:

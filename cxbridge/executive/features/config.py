@@ -1,6 +1,7 @@
 """The features ``config``, which asserts the configuration as facts, and ``redefine-warning``.
 
-The executive itself requests both before it loads the core.
+The executive itself requests them before it loads the core: ``config`` always, ``redefine-warning`` unless
+the configuration forbids it.
 """
 
 from __future__ import annotations

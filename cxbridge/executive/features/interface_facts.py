@@ -1,7 +1,7 @@
 """The mapping between interfaces and CLIPS: deftemplates, slots of facts, and field values.
 
-The mapping is that of Fawkes with three exceptions: infinities and NaN become the greatest double, rules may
-give enum items as STRINGs, and rules may write ``byte`` fields.
+The mapping is that of Fawkes with three exceptions: NaN and infinities become finite numbers, rules may give
+enum items as STRINGs, and rules may write ``byte`` fields.
 """
 
 from __future__ import annotations
@@ -83,12 +83,16 @@ def fact_slots(interface: Interface) -> dict[str, Value]:
 
 
 def _to_clips_symbol(value: Value) -> Symbol:
-    """Return the item of an enum; another process may write a number that the enum lacks."""
+    """Return the name of an enum's item; UNKNOWN for a number that the enum lacks."""
+    # another process may write any number
     return Symbol(value.name if isinstance(value, IntEnum) else "UNKNOWN")
 
 
 def _to_clips_float(value: float) -> float:
-    """Return a number with six decimals, as in Fawkes. Infinities and NaN become the greatest double."""
+    """Return a number with six decimals, as in Fawkes.
+
+    NaN and infinity become the greatest double, negative infinity becomes the lowest.
+    """
     # CLIPS has neither infinities nor NaN
     if math.isfinite(value):
         return float(f"{value:f}")
@@ -104,7 +108,9 @@ _TO_CLIPS: dict[type, Callable[[Any], Value]] = {
 
 
 def store_field(block: Block, name: str, value: Value) -> None:
-    """Set a field from a CLIPS value. A multifield sets the first elements of an array.
+    """Set a field from a CLIPS value.
+
+    Of an array, a multifield sets the first elements, and a single value sets the first element.
 
     :raises InterfaceError: if the field is unknown or the value does not fit.
     """

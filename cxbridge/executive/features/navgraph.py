@@ -86,7 +86,11 @@ class NavGraphFeature(Feature):
             )
 
     def _set_blocked(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
-        """Block or unblock an edge in all its directions, as Fawkes' constraint on edges does."""
+        """Block or unblock an edge in all its directions, as Fawkes' constraint on edges does.
+
+        As in Fawkes, the order of the ends must be that of the edge in the graph, even for an edge in both
+        directions.
+        """
         try:
             graph = self._find_graph()
         except CxbridgeError:

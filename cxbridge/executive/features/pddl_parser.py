@@ -28,7 +28,7 @@ _FAWKES: Final = "fawkes"
 def reads_as_fawkes(config: Configuration) -> bool:
     """Return whether to imitate Fawkes' PDDL parser, with its errors and the sections that it ignores.
 
-    :raises ConfigError: if the value is not ``fawkes``.
+    :raises ConfigError: if the value is neither ``fawkes`` nor empty.
     """
     value = config.get_str(STRICT, default="")
     if value not in ("", _FAWKES):
@@ -56,7 +56,7 @@ class PddlParserFeature(Feature):
         self._domains.pop(env.name, None)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        # imported on use: most agents do not parse PDDL
+        # imported on use: this module is imported in each run, but most agents do not parse PDDL
         from cxbridge.executive.pddl import (  # noqa: PLC0415
             domain_facts,
             formula_facts,
@@ -71,7 +71,7 @@ class PddlParserFeature(Feature):
         def warn(problem: PddlError) -> None:
             log.warn(str(problem))
 
-        def read_domain(path: str) -> None:
+        def assert_domain(path: str) -> None:
             try:
                 # read as bytes, so that a recording contains even a file that cannot be decoded
                 content = Path(path).read_bytes()
@@ -95,7 +95,7 @@ class PddlParserFeature(Feature):
                 numbers.load_rules(domain)
                 _assert_facts(env, facts)
 
-        def read_formula(text: str, identifier: str) -> None:
+        def assert_formula(text: str, identifier: str) -> None:
             try:
                 facts = formula_facts(parse_formula(text, fawkes_compat=self._as_fawkes), identifier)
             except PddlError as error:
@@ -103,8 +103,8 @@ class PddlParserFeature(Feature):
             else:
                 _assert_facts(env, facts)
 
-        env.define("parse-pddl-domain", read_domain, 1, types="*;sy")
-        env.define("parse-pddl-formula", read_formula, 2, types="*;sy;sy")
+        env.define("parse-pddl-domain", assert_domain, 1, types="*;sy")
+        env.define("parse-pddl-formula", assert_formula, 2, types="*;sy;sy")
 
 
 def _assert_facts(env: ClipsEnvironment, facts: Iterable[FactToAssert]) -> None:

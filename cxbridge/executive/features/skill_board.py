@@ -56,11 +56,11 @@ class SkillAction(Protocol):
 
     @property
     def feedback(self) -> str:
-        """The last message of the executor about the skill."""
+        """The last message of the executor about the skill; empty before the first one."""
 
     @property
     def error(self) -> str:
-        """The reason for a failure."""
+        """The reason for a failure; empty without a failure."""
 
 
 class Executor(Protocol):

@@ -151,7 +151,8 @@ def _transform(
     """Return a value in the target frame.
 
     :param kind: the noun of the value, for the error, which names the frames as Fawkes' log does.
-    :param transform: the method of the buffer for the kind.
+    :param transform: the method of the buffer for such values.
+    :raises ClipsError: if the time is invalid or the transform is unknown.
     """
     try:
         # without the second item, the time of the transform
@@ -161,7 +162,10 @@ def _transform(
 
 
 def _to_microseconds(time: Value) -> int:
-    """Return a time, given as seconds and microseconds, in microseconds."""
+    """Return a time, given as seconds and microseconds, in microseconds.
+
+    :raises ClipsError: if the time is not a multifield of two INTEGERs.
+    """
     if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
         raise ClipsError("Invalid time: must be list of exactly two entries")
     if not all(isinstance(number, int) for number in time):
@@ -173,7 +177,8 @@ def _to_floats(kind: str, numbers: Value, count: int) -> Any:
     """Return the numbers of a multifield as floats.
 
     :param kind: the noun of the value, for errors.
-    :param count: the required number of fields.
+    :param count: the required number of fields: 3 or 4.
+    :raises ClipsError: if the multifield has another number of fields, or other fields than numbers.
     """
     if not isinstance(numbers, tuple) or len(numbers) != count:
         count_words = {3: "three", 4: "four"}

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 def executing_rule_name(env: ClipsEnvironment) -> str:
-    """Return the rule whose right-hand side is active; empty if no rule is. Callable from any thread."""
+    """Return the rule whose right-hand side is active, or ``MATCHING``; empty if no rule is active.
+
+    Callable from any thread.
+    """
     # executing_rule only reads the environment: the lock that prevents its destruction is enough
     with env.destruction_lock:
         return executing_rule(env.c_env) if env.is_firing else ""

@@ -85,7 +85,7 @@ class EndlessRules:
         self._uses_no_older_facts = False
 
     def end(self) -> None:
-        """Stop tracing at the end of a run."""
+        """Stop tracing, at the end of a run or of a phase with tracing."""
         if self._is_tracing:
             self._is_tracing = False
             self._set_trace_hooks(None, None)
@@ -96,10 +96,11 @@ class EndlessRules:
         self._api.set_hook("Assert", fact_hook, TRACE_OWNER)
 
     def check(self, new_firings: int, *, has_limit: bool = False) -> str:
-        """Return why the run is endless; empty if it is not.
+        """Count firings, and start or evaluate the tracing; return, and log, why the run is endless.
 
         :param new_firings: the number of firings since the last check.
         :param has_limit: whether the run ends after a number of firings, so that it cannot be endless.
+        :returns: the reason; empty if the run is not endless.
         """
         now_s = time.monotonic()
         duration_s, self._checked_s = now_s - self._checked_s, now_s
@@ -159,6 +160,7 @@ class EndlessRules:
             count < _MIN_WINDOW_SIZE or now_s - self._window_began_s < _MAX_WINDOW_DURATION_S
         ):
             return
+        # only the second half: other rules may have fired before the ring began
         self.ring = find_ring([rule for rule, _ in self._firings[count // 2 :]])
         self._uses_no_older_facts = not _consumes_older_facts(self._firings, self._first_new_index)
         if self._uses_no_older_facts:

@@ -41,7 +41,7 @@ from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
 from cxbridge.file_access import is_readable_file
 
 CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
-"""The built-in CX core. Its files keep 6.4's `modify`."""
+"""The folder of the built-in CX core, whose files keep 6.4's `modify`."""
 
 _LEVELS = tuple(Level)  # in ascending order
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
@@ -226,7 +226,7 @@ class ClipsEnvironment:
             raise ClipsError(f"CLIPS refuses {head}: {' '.join(messages.split())}")
 
     def has_function(self, name: str) -> bool:
-        """Return whether a function other than a deffunction exists, in C or Python."""
+        """Return whether a function exists that is written in C or Python, not in CLIPS."""
         return bool(EXTRA_FUNCTIONS.FindFunction(self.c_env, encode(name)))
 
     def has_deffunction(self, name: str) -> bool:
@@ -235,7 +235,7 @@ class ClipsEnvironment:
     def eval(self, expression: str) -> Value:
         """Return the value of an expression.
 
-        :raises ClipsError: if the expression does not parse, or fails.
+        :raises ClipsError: if the expression does not parse, exceeds a limit of the parser, or fails.
         """
         check_parser_limits(expression)
         value = ffi.new("CLIPSValue *")
@@ -266,7 +266,7 @@ class ClipsEnvironment:
         """Assert a fact. Missing slots get their defaults.
 
         :returns: the index of the fact, or of an equal fact; None if CLIPS refuses the fact.
-        :raises ClipsError: if the deftemplate or a slot is unknown.
+        :raises ClipsError: if the deftemplate or a slot is unknown, or a slot cannot hold its value.
         """
         return _fact_index(self.assert_fact_pointer(template, slots))
 
@@ -347,7 +347,7 @@ class ClipsEnvironment:
         return self.loader.load(str(path))
 
     def batch(self, path: Path | str) -> bool:
-        """Execute the commands and constructs of a file; return whether the file is readable."""
+        """Execute the commands and constructs of a file; return whether CLIPS has read the file."""
         self.watcher.forget_names()
         return self.loader.batch(str(path))
 
@@ -369,6 +369,8 @@ class ClipsEnvironment:
 
     def run(self, limit: int = -1) -> int:
         """Run rules until the agenda is empty or ``limit`` rules have fired; return the number of firings.
+
+        A negative ``limit`` means no limit.
 
         An error ends only its right-hand side, and the agenda continues. Without a limit, endless rules are a
         fault that ends all runs.

@@ -56,11 +56,12 @@ _FIND_CONSTRUCT: dict[str, Callable[[CData, bytes], CData]] = {
 
 
 class Diagnostic(Struct, frozen=True):
-    """A mistake in a CLIPS file.
+    """A mistake in a file of the agent.
 
-    :param line: the line that CLIPS or the preparation of the text reports; None if unknown.
+    :param file: the path, or the type of an interface whose definition has no known file.
+    :param line: the line of the mistake, or of the rule that uses a wrong file; None if unknown.
     :param construct: the construct that CLIPS has not defined, e.g. ``defrule NAME``; may be empty.
-    :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
+    :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``, or cxbridge's own, e.g. ``FILE`` or ``PDDL``.
     :param message: the mistake.
     :param hint: the remedy; may be empty.
     """
@@ -118,7 +119,7 @@ class ClipsLoader:
         return self._load_file(file, batch=False)
 
     def batch(self, file: str) -> bool:
-        """Execute the commands and constructs of a file; return whether the file is readable."""
+        """Execute the commands and constructs of a file; return whether CLIPS has read the file."""
         return self._load_file(file, batch=True)
 
     def _load_file(self, file: str, *, batch: bool) -> bool:
@@ -131,7 +132,7 @@ class ClipsLoader:
                 )
                 return False
             content = path.read_bytes()
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError) as error:  # ValueError: a path with a NUL character
             reason = getattr(error, "strerror", None) or error
             self._report_and_log(
                 Diagnostic(file, None, "", "FILE", f"the file cannot be read: {reason}"), Level.ERROR
@@ -146,7 +147,7 @@ class ClipsLoader:
                 Level.ERROR,
             )
             return False
-        source = prepare_core_source(text) if is_native else prepare_source(text, self.has_function)
+        source = prepare_core_source(text) if is_native else prepare_source(text, self.has_clips_function)
         if self.rewrite is not None:
             source = replace(source, text=self.rewrite(file, source.text), is_changed=True)
         self.files.append(path)
@@ -191,6 +192,7 @@ class ClipsLoader:
         self.files.append(Path(file))
         # rules may have removed the file: then its text is not recorded
         with suppress(OSError):
+            # CLIPS reads the file itself, without our rewriting, so that `modify` is that of 6.4
             self._emit_source(file, Path(file).read_bytes(), batch=batch, is_native=True)
         self._loading.append(file)
         try:
@@ -211,13 +213,13 @@ class ClipsLoader:
             self.report(Diagnostic(caller, line, "", "FILE", f"there is no file {file}"))
 
     def executing_rule_location(self) -> tuple[str | None, int | None]:
-        """Return file and line of the active rule; None if unknown."""
+        """Return file and line of the active rule, or None twice if they are unknown."""
         rule = executing_rule(self._env)
         location = self.rule_location(rule) if rule else None
         return (None, None) if location is None else (str(location[0]), location[1])
 
     def rule_location(self, rule: str) -> tuple[Path, int] | None:
-        """Return file and line of a rule if its file is still readable."""
+        """Return file and line of a rule; None if no readable file has the rule."""
         for file in reversed(self.files):
             with suppress(OSError):  # rules may have removed the file since it was loaded
                 line = rule_lines(file.read_text("utf-8", "surrogateescape")).get(rule)
@@ -225,13 +227,13 @@ class ClipsLoader:
                     return file, line
         return None
 
-    def has_function(self, name: str) -> bool:
+    def has_clips_function(self, name: str) -> bool:
         """Return whether a deffunction or defgeneric exists."""
         c_name = encode(name)
         return bool(lib.FindDeffunction(self._env, c_name) or lib.FindDefgeneric(self._env, c_name))
 
     def _read_source(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
-        """Let CLIPS read a file, or a temporary file with the rewritten text."""
+        """Let CLIPS read a file, or a temporary file with the rewritten text, see :meth:`_read_file`."""
         if not source.is_changed:
             return self._read_file(file, file, source, load)
         import tempfile  # noqa: PLC0415 - slow to import and rarely needed
@@ -247,7 +249,7 @@ class ClipsLoader:
     def _read_file(
         self, read_path: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
     ) -> bool:
-        """Let CLIPS read a file; return whether all constructs are valid.
+        """Let CLIPS read a file; return whether all constructs are valid, or CLIPS could open a batch.
 
         :param read_path: the file, or the temporary copy with the rewritten text.
         :param file: the file in messages.

@@ -89,6 +89,7 @@ class OutputRouter:
         if self.is_quiet and target in (b"stdwrn", b"stderr"):
             return
         if target == b"stderr":
+            # CLIPS prints a function's name as a separate piece; agents know the originals by other names
             text_piece = OWN_NAMES.get(text_piece, text_piece)
             if self._captured_errors is not None:
                 self._captured_errors.append(text_piece)

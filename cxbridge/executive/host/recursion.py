@@ -26,7 +26,7 @@ GUARD_FUNCTION = "cx-guard-recursion"
 # the bytes of the stack that remain reserved for calls of a function on its last level
 _RESERVED_BYTES = 2 * 1024 * 1024
 
-# the maximum number of stack bytes for CLIPS
+# the maximum number of stack bytes for CLIPS, chosen freely: the main thread's stack may have no limit
 _MAX_STACK_BYTES = 256 * 1024 * 1024
 
 # the start of a construct with a body, up to its parameters; group 1 is the name

@@ -58,7 +58,7 @@ REMOVED = (
     # 6.30 has no str-byte-length: an agent's function of this name replaces it, see ADDED
     *(name for name in _ORIGINALS if name != "str-byte-length"),
 )
-"""Built-ins of 6.4 that make room for 6.30's versions.
+"""Built-ins of 6.4 that make room for 6.30's versions, or for functions of the host, e.g. ``load``.
 
 They are removed before any construct is parsed, because CLIPS keeps pointers to functions.
 """
@@ -219,26 +219,29 @@ class Clips630Functions:
     """The functions of 6.30 in one environment, callable from each module.
 
     :param env: the environment's pointer.
-    :param build: defines a construct.
+    :param build_construct: defines a construct.
     """
 
     # a deffunction of MAIN is unknown in modules that do not import it, so each name also belongs to a UDF,
     # known in all modules, whose parser turns calls into calls of the deffunction; only funcall, which
     # resolves names at run time, needs a module that imports MAIN
-    def __init__(self, env: CData, udfs: UdfTable, build: Callable[[str], None]) -> None:
-        self._env, self._udfs, self._build = env, udfs, build
+    def __init__(self, env: CData, udfs: UdfTable, build_construct: Callable[[str], None]) -> None:
+        self._env, self._udfs, self._build_construct = env, udfs, build_construct
         self._call_type = 0  # the type of expressions that call a deffunction
         self._parsers: dict[str, CData] = {}
 
     def build(self, deffunction: str) -> None:
-        """Define a function of :data:`FUNCTIONS`. To be repeated after ``(clear)``."""
+        """Define a function of :data:`FUNCTIONS`. To be repeated after ``(clear)``.
+
+        :raises RuntimeError: if this build of CLIPS differs from the expected build.
+        """
         match = _FUNCTION.match(deffunction)
         assert match is not None
         name = match[1]
         function = EXTRA_FUNCTIONS.FindFunction(self._env, encode(name))
         if function != NULL:  # a deffunction cannot have the name of a UDF
             _set_name(self._env, function, name, _HIDDEN_NAME)
-        self._build(deffunction)
+        self._build_construct(deffunction)
         if function != NULL:
             _set_name(self._env, function, _HIDDEN_NAME, name)
         reference = ffi.new("char[64]")  # more than a ``struct expr`` has
@@ -334,7 +337,11 @@ def free_names(env: CData, names: Iterable[str]) -> None:
 
 
 def _set_name(env: CData, function: CData, name: str, new_name: str) -> None:
-    # the name is the first member of the record; CLIPS still finds the function by the hash of its first name
+    """Change the name of a C function, so that CLIPS does not find it by the former name.
+
+    :raises RuntimeError: if the record of the function does not begin with its name.
+    """
+    # the name is the first member of the record, which stays in CLIPS' hash table at its first name
     name_member = ffi.cast("CLIPSLexeme **", function)
     if name_member[0] != lib.CreateSymbol(env, encode(name)):
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")

@@ -108,6 +108,7 @@ class ClipsSource(Struct, frozen=True):
     """The prepared text of a file.
 
     :param is_changed: whether the text differs from the file.
+    :param constructs: the top-level constructs in order; empty for a file of the core.
     :param unclosed_line: the line of an unclosed top-level parenthesis, if any.
     """
 

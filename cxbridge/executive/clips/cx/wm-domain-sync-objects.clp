@@ -32,7 +32,7 @@
   "Internal. An object to add to the list of its type, or to remove."
   (slot type (type SYMBOL))
   (slot name)
-  (slot what (type SYMBOL) (allowed-values ADD REMOVE))
+  (slot operation (type SYMBOL) (allowed-values ADD REMOVE))
 )
 
 (deffunction wm-sync-map-object-type (?type ?key)
@@ -44,9 +44,9 @@
 )
 
 (deffunction wm-sync-apply-object-changes (?type ?names)
-  "Internal. The list ?names after all collected changes, which are retracted."
+  "Internal. The list ?names after all collected changes of ?type. Retracts the changes."
   (do-for-all-facts ((?change wm-sync-object-change)) (eq ?type ?change:type)
-    (bind ?names (if (eq ?change:what ADD)
+    (bind ?names (if (eq ?change:operation ADD)
                   then (create$ ?names ?change:name)
                   else (delete-member$ ?names ?change:name)))
   )
@@ -94,7 +94,7 @@
   (not (wm-sync-object (type ?type) (name ?name)))
   =>
   (assert (wm-sync-object (type ?type) (name ?name))
-          (wm-sync-object-change (type ?type) (name ?name) (what ADD)))
+          (wm-sync-object-change (type ?type) (name ?name) (operation ADD)))
 )
 
 (defrule wm-sync-domain-object-removed
@@ -102,10 +102,10 @@
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?object <- (wm-sync-object (type ?type) (name ?name))
   (not (domain-object (name ?name) (type ?type)))
-  (not (wm-sync-object-change (type ?type) (name ?name) (what ADD)))
+  (not (wm-sync-object-change (type ?type) (name ?name) (operation ADD)))
   =>
   (retract ?object)
-  (assert (wm-sync-object-change (type ?type) (name ?name) (what REMOVE)))
+  (assert (wm-sync-object-change (type ?type) (name ?name) (operation REMOVE)))
 )
 
 (defrule wm-sync-domain-object-not-added
@@ -113,7 +113,7 @@
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?object <- (wm-sync-object (type ?type) (name ?name))
   (not (domain-object (name ?name) (type ?type)))
-  ?change <- (wm-sync-object-change (type ?type) (name ?name) (what ADD))
+  ?change <- (wm-sync-object-change (type ?type) (name ?name) (operation ADD))
   =>
   (retract ?object ?change)
 )

@@ -92,7 +92,8 @@
 
 (deffunction wm-sync-set-wm-fact-retract (?id ?enabled)
   "Choose the effect of the retraction of a domain-fact on its wm-fact ?id: with
-   ?enabled TRUE, the default, it is retracted; with FALSE, its value becomes FALSE."
+   ?enabled TRUE, the default, the wm-fact is retracted; with FALSE, its value becomes
+   FALSE. Without effect if the wm-fact is not synchronised."
   (do-for-fact ((?map wm-sync-map-fact)) (eq ?id ?map:wm-fact-id)
     (modify ?map (wm-fact-retract ?enabled))
   )
@@ -138,8 +139,8 @@
 )
 
 (deffunction wm-sync-args-match (?key ?param-names ?param-values)
-  "TRUE if the arguments of the key are the parameters with their values, in any
-   order."
+  "TRUE if the arguments of the key are the parameters ?param-names with the values
+   ?param-values, in any order."
   (bind ?matched 0)
   (bind ?name-idx (wm-sync-next-arg 0 ?key))
   (while (> ?name-idx 0) do
@@ -182,50 +183,50 @@
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (executive-init)
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
-  ?cf <- (confval (type STRING) (is-list TRUE) (list-value $?ids)
-                  (path ?path&:(eq ?path (str-cat (wm-sync-config-prefix ?spec facts)
-                                                  "id-prefix"))))
+  ?confval <- (confval (type STRING) (is-list TRUE) (list-value $?ids)
+                       (path ?path&:(eq ?path (str-cat (wm-sync-config-prefix ?spec facts)
+                                                       "id-prefix"))))
   =>
   (wm-sync-remap-fact-id-prefix ?ids)
-  (retract ?cf)
+  (retract ?confval)
 )
 
 (defrule wm-sync-config-remap-fact-name-id
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (executive-init)
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
-  ?cf <- (confval (type STRING) (is-list FALSE) (value ?id)
-                  (path ?path&:(wm-sync-config-name
-                                 ?path (wm-sync-config-prefix ?spec "facts/name-id"))))
+  ?confval <- (confval (type STRING) (is-list FALSE) (value ?id)
+                       (path ?path&:(wm-sync-config-name
+                                      ?path (wm-sync-config-prefix ?spec "facts/name-id"))))
   =>
   (bind ?name (wm-sync-config-name ?path (wm-sync-config-prefix ?spec "facts/name-id")))
   (assert (wm-sync-remap-fact (domain-fact-name ?name)
                               (wm-fact-key-path (wm-id-to-key ?id))))
-  (retract ?cf)
+  (retract ?confval)
 )
 
 (defrule wm-sync-config-remap-object-id-prefix
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (executive-init)
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
-  ?cf <- (confval (type STRING) (is-list TRUE) (list-value $?ids)
-                  (path ?path&:(eq ?path (str-cat (wm-sync-config-prefix ?spec objects)
-                                                  "id-prefix"))))
+  ?confval <- (confval (type STRING) (is-list TRUE) (list-value $?ids)
+                       (path ?path&:(eq ?path (str-cat (wm-sync-config-prefix ?spec objects)
+                                                       "id-prefix"))))
   =>
   (wm-sync-remap-object-id-prefix ?ids)
-  (retract ?cf)
+  (retract ?confval)
 )
 
 (defrule wm-sync-config-remap-object-name-id
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (executive-init)
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
-  ?cf <- (confval (type STRING) (is-list FALSE) (value ?id)
-                  (path ?path&:(wm-sync-config-name
-                                 ?path (wm-sync-config-prefix ?spec "objects/name-id"))))
+  ?confval <- (confval (type STRING) (is-list FALSE) (value ?id)
+                       (path ?path&:(wm-sync-config-name
+                                      ?path (wm-sync-config-prefix ?spec "objects/name-id"))))
   =>
   (bind ?type (wm-sync-config-name ?path (wm-sync-config-prefix ?spec "objects/name-id")))
   (assert (wm-sync-remap-object-type (domain-object-type ?type)
                                      (wm-fact-key (wm-id-to-key ?id))))
-  (retract ?cf)
+  (retract ?confval)
 )

@@ -92,7 +92,8 @@
 ; *** Documents ***
 
 (deffunction wm-robmem-sync-create-fact-doc (?wf ?identity ?update-timestamp)
-  "A document for a wm-fact, which the caller destroys."
+  "A document for a wm-fact, written by the robot ?identity. The caller destroys the
+   document."
   (bind ?doc (bson-create))
   (bson-append ?doc "_id" (fact-slot-value ?wf id))
   (bson-append-time ?doc "update-timestamp" ?update-timestamp)
@@ -106,7 +107,8 @@
 )
 
 (deffunction wm-robmem-sync-create-query (?id ?update-timestamp)
-  "A query for the document ?id that is not later, which the caller destroys."
+  "A query for the document ?id, if its timestamp is at most ?update-timestamp. The caller
+   destroys the query."
   (bind ?not-later (bson-create))
   (bson-append-time ?not-later "$lte" ?update-timestamp)
   (bind ?query (bson-create))
@@ -132,8 +134,9 @@
 )
 
 (deffunction wm-robmem-sync-fits (?type ?value)
-  "Internal. TRUE if ?value, as bson-get returns it, is a single value of a wm-fact of the
-   ?type. bson-get returns FALSE for a missing field, so FALSE is a value of the type BOOL only."
+  "Internal. TRUE if ?value, as bson-get returns it, can be the value of a wm-fact of the type
+   ?type. FALSE is a value of the type BOOL only, because bson-get returns FALSE for a missing
+   field. Other values are not compared with the type. Destroys a document or list."
   ; an external address is a document or a list, which the receiver destroys; INVALID_VALUE_TYPE stands
   ; for a value that CLIPS cannot have
   (if (external-addressp ?value) then (bson-destroy ?value) (return FALSE))
@@ -141,7 +144,7 @@
 )
 
 (deffunction wm-robmem-sync-is-fact (?doc ?prefix)
-  "Internal. TRUE if the document has valid content of a wm-fact."
+  "Internal. TRUE if the document has valid content of a wm-fact in the fields below ?prefix."
   (bind ?type (bson-get ?doc (str-cat ?prefix "type")))
   (bind ?is-list (bson-get ?doc (str-cat ?prefix "is-list")))
   (if (not (and (wm-robmem-sync-fits SYMBOL ?type) (wm-robmem-sync-fits BOOL ?is-list)
@@ -182,8 +185,8 @@
 ; *** Restore, flush ***
 
 (deffunction wm-robmem-sync-restore-prefix (?id-prefix)
-  "Assert the wm-facts of all documents whose ID starts with ?id-prefix. The prefix is
-   part of a regular expression."
+  "Assert or modify the wm-facts of the documents whose ID starts with ?id-prefix, a regular
+   expression. Documents without the content of a wm-fact are reported and ignored."
   (bind ?query (bson-create))
   (bson-append-regex ?query "_id" (str-cat "^" ?id-prefix))
   (bind ?cursor (robmem-query ?*WM-ROBMEM-SYNC-COLLECTION* ?query))
@@ -202,7 +205,7 @@
 )
 
 (deffunction wm-robmem-sync-restore ()
-  "Assert the wm-facts of all shared documents."
+  "Assert or modify the wm-facts of the documents with a shared prefix."
   (do-for-all-facts ((?conf wm-robmem-sync-conf)) (eq ?conf:enabled TRUE)
     (wm-robmem-sync-restore-prefix (wm-key-to-id ?conf:wm-fact-key-prefix))
   )
@@ -359,6 +362,7 @@
 (deffunction wm-robmem-sync-event-time (?obj)
   "Internal. The time of the change in the event ?obj."
   (if (bson-has-field ?obj "fullDocument.update-timestamp") then
+    ; bson-get-time returns (FALSE) for a field that is not a time
     (bind ?time (bson-get-time ?obj "fullDocument.update-timestamp"))
     (if (and (= 2 (length$ ?time)) (integerp (nth$ 1 ?time))) then (return ?time)))
   (if (bson-has-field ?obj "wallTime") then
@@ -369,26 +373,26 @@
 )
 
 (deffunction wm-robmem-sync-update (?obj)
-  "Accept the document of an event, which another robot has written. If the fact and its
-   time are known, accept only a later document. As in Fawkes, the fact is accepted even if
-   this robot does not share facts with its prefix."
+  "Set the wm-fact to the document of an event, which another robot has written. If the fact
+   and its time are known, a document that is not later is refused. As in Fawkes, the document
+   is accepted even if this robot does not share facts with its prefix."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?id (bson-get ?obj "fullDocument._id"))
   (if (not (and (stringp ?id) (wm-robmem-sync-is-fact ?obj "fullDocument."))) then
     (printout error "The document " ?id " is not a wm-fact, it is ignored" crlf)
     (return))
   (bind ?time (wm-robmem-sync-event-time ?obj))
-  (bind ?known (wm-robmem-sync-time-of-entry ?id))
+  (bind ?known-time (wm-robmem-sync-time-of-entry ?id))
   (bind ?have-fact (any-factp ((?wf wm-fact)) (eq ?id ?wf:id)))
-  (bind ?known-facts (if ?have-fact
-               then (if ?known then "known fact" else "no sync map entry, yet")
-               else (if ?known then "no fact but sync map entry"
+  (bind ?knowledge (if ?have-fact
+               then (if ?known-time then "known fact" else "no sync map entry, yet")
+               else (if ?known-time then "no fact but sync map entry"
                                else "neither fact nor sync map entry")))
-  (if (and ?have-fact ?known (not (time> ?time ?known))) then
+  (if (and ?have-fact ?known-time (not (time> ?time ?known-time))) then
     (printout warn "wm-robmem-sync-update: received update for " ?id
                    " with older data than our own" crlf)
     (return))
-  (printout debug "wm-robmem-sync-update: updating (" ?known-facts ") " ?id crlf)
+  (printout debug "wm-robmem-sync-update: updating (" ?knowledge ") " ?id crlf)
   (bind ?key (wm-id-to-key ?id))
   (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
     (bind ?key ?entry:wm-fact-key)
@@ -399,18 +403,20 @@
 )
 
 (deffunction wm-robmem-sync-delete (?obj)
-  "Handle the removal of a document by any robot, even this one."
+  "Handle the removal of a document by any robot, even this one: store the time of the removal, and
+   retract the fact if this robot has sent or received it. A removal that is not later than the last
+   known change is refused."
   (bind ?id (bson-get ?obj "documentKey._id"))
   (if (not (stringp ?id)) then (return))
   (bind ?time (wm-robmem-sync-event-time ?obj))
-  (bind ?known (wm-robmem-sync-time-of-entry ?id))
-  (if (and ?known (not (time> ?time ?known))) then
+  (bind ?known-time (wm-robmem-sync-time-of-entry ?id))
+  (if (and ?known-time (not (time> ?time ?known-time))) then
     ; "timetamp" is Fawkes' spelling
     (printout warn "wm-robmem-sync-delete: received delete for " ?id
                    " with older timetamp than our own" crlf)
     (return))
   (wm-robmem-sync-note-entry ?id (wm-id-to-key ?id) 0 ?time)
-  (if ?known then
+  (if ?known-time then
     (printout debug "wm-robmem-sync-delete: removing " ?id crlf)
     (do-for-fact ((?wf wm-fact)) (eq ?id ?wf:id) (retract ?wf)))
 )

@@ -40,7 +40,7 @@
 )
 
 (deffunction template-field-text (?value ?type)
-  "Internal. A value of type ?type as text in a fact."
+  "Internal. A value, cast to ?type, as text in a fact."
   (bind ?value (type-cast ?value ?type))
   (if (and (symbolp ?value) (neq ?value (string-to-field ?value)))
    ; a symbol that CLIPS would read as another type, such as a number
@@ -98,8 +98,8 @@
 ; *** World model facts to template facts ***
 
 (deffunction template-fact-str-from-wm (?key ?values)
-  "The text of the fact of a wm-fact, for assert-string. Prints a message and returns
-   an empty text if the key is not that of a template fact."
+  "The text of the template fact that a wm-fact encodes, for assert-string. Prints a
+   message and returns an empty text if the key is not that of a template fact."
   (if (not (wm-key-prefix ?key template fact)) then
     ; Fawkes' text, with a longer name than the function's
     (printout t "template-fact-str-from-wm-key: supplied wm-fact key " ?key

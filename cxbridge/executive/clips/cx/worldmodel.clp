@@ -6,7 +6,7 @@
 ;   (domain fact holding args? robot R-1 objects [ cup plate ])
 ;
 ; A rule asserts a wm-fact with an ID or with a key; the rules of this file add the
-; other name before other rules match the fact. The names of an existing fact must
+; other name before rules with a lower salience fire for the fact. The names of an existing fact must
 ; not be modified: retract the fact and assert a new one.
 ;
 ; Needs saliences.clp. All functions and rules have Fawkes' names, except the internal ones and those
@@ -17,7 +17,7 @@
   ; --- the names: each follows from the other
   (slot id (type STRING))
   (multislot key (type SYMBOL))
-  ; --- the type of the value, for information, as in the configuration
+  ; --- the type of the value; nothing here converts the value or compares it with the type
   (slot type (type SYMBOL)
              (allowed-values UNKNOWN FLOAT UINT INT BOOL STRING SYMBOL))
   ; --- the value: `values` if is-list is TRUE, else `value`
@@ -53,7 +53,8 @@
 )
 
 (deffunction wm-id-param-to-key (?param)
-  "Internal. The key elements for a `name=value` of an ID."
+  "Internal. The key elements for a `name=value` of an ID. For a text of another form, a
+   warning and the elements INVALID ?param."
   (bind ?sides (wm-split-string-sym ?param "="))
   (switch (length$ ?sides)
     (case 1 then (return (create$ ?sides [ ])))  ; no value: an empty list

@@ -11,12 +11,13 @@
   (assert (domain-numbers)))
 
 (defrule domain-numbers-changed
-  "Count a new value. The salience is above that of comparisons, so that these wait for all new values."
+  "Count a new function value. The salience is above that of comparisons, so that these wait for all
+   new values."
   (declare (salience (+ ?*SALIENCE-DOMAIN-CHECK* 10)))
-  ?value <- (problem-function)
-  ?numbers <- (domain-numbers (revision ?revision) (newest ?newest&:(< ?newest (fact-index ?value))))
+  ?function <- (problem-function)
+  ?numbers <- (domain-numbers (revision ?revision) (newest ?newest&:(< ?newest (fact-index ?function))))
   =>
-  (modify ?numbers (revision (+ ?revision 1)) (newest (fact-index ?value))))
+  (modify ?numbers (revision (+ ?revision 1)) (newest (fact-index ?function))))
 
 (defrule domain-check-comparison
   "Evaluate a comparison once after each change of function values (revision)."
@@ -25,10 +26,10 @@
                                      (tree ?grounded) (place ?place)
                                      (satisfied ?before) (revision ?revision))
   (domain-comparison (predicate-id ?id) (text ?text))
-  (domain-numbers (revision ?now&~?revision))
+  (domain-numbers (revision ?current-revision&~?revision))
   =>
   (bind ?holds (domain-comparison-holds ?text ?names ?values))
-  (modify ?leaf (satisfied ?holds) (revision ?now))
+  (modify ?leaf (satisfied ?holds) (revision ?current-revision))
   (if (neq ?holds ?before) then (grounded-pddl-tree-set ?grounded ?place ?holds)))
 
 (defrule domain-numbers-apply

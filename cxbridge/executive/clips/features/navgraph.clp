@@ -18,7 +18,7 @@
 
 (deffunction navgraph-pos-y (?pos) (nth$ 2 ?pos))
 
-(deffunction navgraph-pos-distance "In a straight line, in metres." (?pos1 ?pos2)
+(deffunction navgraph-pos-distance "The straight distance of two positions, in metres." (?pos1 ?pos2)
   (bind ?dx (- (nth$ 1 ?pos1) (nth$ 1 ?pos2)))
   (bind ?dy (- (nth$ 2 ?pos1) (nth$ 2 ?pos2)))
   (sqrt (+ (* ?dx ?dx) (* ?dy ?dy))))
@@ -39,7 +39,7 @@
   ?name)
 
 (deffunction navgraph-closest-by-name
-  "The name of the node closest to another node; FALSE if there is none."
+  "The name of the node closest to the node ?name; FALSE if there is none, or no node ?name."
   (?name)
   (do-for-fact ((?node navgraph-node)) (eq ?node:name ?name)
     (return (navgraph-closest-to ?node:pos)))
@@ -53,15 +53,15 @@
 (deffunction navgraph-has-property (?properties ?name)
   (neq (navgraph-property ?properties ?name) FALSE))
 
-(deffunction navgraph-property-as-float "0.0 without this property." (?properties ?name)
+(deffunction navgraph-property-as-float "The value as a FLOAT; 0.0 without this property." (?properties ?name)
   (bind ?value (navgraph-property ?properties ?name))
   (if ?value then (float (string-to-field ?value)) else 0.0))
 
-(deffunction navgraph-property-as-int "0 without this property." (?properties ?name)
+(deffunction navgraph-property-as-int "The value as an INTEGER; 0 without this property." (?properties ?name)
   (bind ?value (navgraph-property ?properties ?name))
   (if ?value then (integer (string-to-field ?value)) else 0))
 
-(deffunction navgraph-property-as-bool "Only the text true is true." (?properties ?name)
+(deffunction navgraph-property-as-bool "TRUE if the value is the text true." (?properties ?name)
   (eq (navgraph-property ?properties ?name) "true"))
 
 (deffunction navgraph-cleanup "Retract all facts about the graph." ()

@@ -13,7 +13,8 @@
   (slot hash (type STRING))
   (slot has-writer
     (type SYMBOL) (allowed-values TRUE FALSE))
-  (slot num-readers (type INTEGER)) (slot writer (type STRING))
-  (multislot readers (type STRING))  ; names of the owners
+  (slot num-readers (type INTEGER))
+  (slot writer (type STRING))        ; the name of the owner; "" without a writer
+  (multislot readers (type STRING))  ; the names of the owners
   (multislot timestamp               ; of the last write
     (type INTEGER) (cardinality 2 2) (default (create$ 0 0))))

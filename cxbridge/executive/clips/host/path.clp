@@ -5,7 +5,7 @@
 
 (defglobal
   ?*FILE-SEARCH-PATH* = (create$)    ; folders, each ends with "/"
-  ?*FF-PATH-SUBST-WHAT* = (create$)  ; patterns such as @BASEDIR@ ...
+  ?*FF-PATH-SUBST-WHAT* = (create$)  ; placeholders such as @BASEDIR@ ...
   ?*FF-PATH-SUBST-BY* = (create$))   ; ... and their replacements
 
 (deftemplate path-info "The outcome of a request to load a file, also of a request that failed."
@@ -25,7 +25,8 @@
     (path-set-global ?name (create$))))
 
 (deffunction path-subst (?path)
-  "The path after all substitutions, in their order. Each replaces the first occurrence of its pattern."
+  "The path after all substitutions, in their order. Each replaces the first occurrence of its
+   placeholder."
   (loop-for-count (?i (length$ ?*FF-PATH-SUBST-WHAT*))
     (bind ?path (str-replace ?path (nth$ ?i ?*FF-PATH-SUBST-WHAT*) (nth$ ?i ?*FF-PATH-SUBST-BY*))))
   ?path)
@@ -73,7 +74,7 @@
     (return ?loaded))
   (bind ?problem (str-cat "Cannot " ?verb " file " ?file " (file not found in " (path-string) ")"))
   (printout error ?problem crlf)
-  (cx-not-found ?file)
+  (cx-not-found ?file)  ; reports a mistake in the file of the active rule
   (assert (path-info (file ?file) (error-msg ?problem)))
   FALSE)
 

@@ -52,7 +52,7 @@
 ;; ---- strings
 
 (deffunction str-replace (?s ?search ?replace)
-  "s with the FIRST occurrence of search replaced. (The function of CLIPS 6.4 with this
+  "s with the first occurrence of search replaced. (The function of CLIPS 6.4 with this
    name, which the host removes, replaces all occurrences.)"
   (bind ?at (str-index ?search ?s))
   (if (not ?at) then (return ?s))
@@ -64,7 +64,7 @@
   (< 0 (str-compare ?a ?b)))
 
 (deffunction str-prefix (?prefix ?s)
-  "TRUE if s starts with prefix. The cost is the length of the prefix, not of s."
+  "TRUE if s starts with prefix."
   (bind ?length (str-length ?prefix))
   (and (<= ?length (str-length ?s))
        (eq 0 (str-compare ?prefix (sub-string 1 ?length ?s)))))

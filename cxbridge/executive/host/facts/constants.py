@@ -83,6 +83,10 @@ def parse_constant_fact(text: str) -> ConstantFact:
 
 
 def _split_tokens(text: str) -> Iterator[str]:
+    """Yield the tokens of a text except white space.
+
+    :raises ClipsError: if a string is not closed, or the text has a NUL character.
+    """
     for match in TOKEN.finditer(text):
         if match.lastgroup == "unclosed" or "\0" in match[0]:
             raise _refusal_error(text)
@@ -117,7 +121,7 @@ def assert_data(env: CData, text: str) -> Value:
     """Assert a fact given as data, without evaluating any part of the text.
 
     :returns: the fact; FALSE if CLIPS refuses it.
-    :raises ClipsError: if the fact contains anything except constants.
+    :raises ClipsError: as in :func:`to_safe_fact_text`.
     """
     fact = lib.AssertString(env, encode(to_safe_fact_text(env, text)))
     return FALSE if fact == NULL else FactAddress(fact)
@@ -126,7 +130,7 @@ def assert_data(env: CData, text: str) -> Value:
 def to_safe_fact_text(env: CData, text: str) -> str:
     """Return a fact of constants as text in which CLIPS finds no function call.
 
-    :raises ClipsError: if the text is not a fact of constants.
+    :raises ClipsError: if the text is not a fact of constants, or the deftemplate lacks one of its slots.
     """
     fact = parse_constant_fact(text)
     if fact.slot_names:

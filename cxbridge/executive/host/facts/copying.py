@@ -81,7 +81,7 @@ def template_of(pointer: CData) -> FactTemplate:
 class FactCopier:
     """Copies facts in pieces. The copy contains each fact that exists at the end, and no retracted fact.
 
-    If rules have run between two pieces, a fact has the slots of either time.
+    If rules have run between two pieces, a fact has the slots that it had when its piece was copied.
 
     :param env: the environment's pointer.
     :param is_wanted: returns whether a deftemplate's facts are copied.
@@ -160,7 +160,7 @@ class FactCopier:
         return tuple(values)
 
     def _read_value(self, word: int) -> Value:
-        """Return the value of a ``CLIPSValue``, given as the address in it."""
+        """Return the value of a ``CLIPSValue``, given the address that the struct holds."""
         clips_value = self._clips_value
         clips_value.value = ffi.cast(_POINTER, word)
         if clips_value.header.type == MULTIFIELD_TYPE:

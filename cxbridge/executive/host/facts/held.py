@@ -28,7 +28,7 @@ class HeldFact:
     def make(cls, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> Self | None:
         """Assert and retain a fact; return None if CLIPS refuses the fact.
 
-        :raises ClipsError: if the deftemplate or a slot is unknown.
+        :raises ClipsError: if the deftemplate or a slot is unknown, or a slot cannot hold its value.
         """
         fact = env.assert_fact_pointer(template, slots)
         return None if fact == NULL else cls(fact)

@@ -21,7 +21,10 @@ _SEARCHED_BYTES = 512  # the part of a fact's struct in which contents_offset() 
 
 @cache
 def contents_offset() -> int:
-    """Return the offset of the slot values in a ``Fact``, in bytes."""
+    """Return the offset of the slot values in a ``Fact``, in bytes.
+
+    :raises RuntimeError: if the offset is not found, in an unknown build of CLIPS.
+    """
     # the offset depends on the build of CLIPS, so it is searched in a fact with known values
     env = lib.CreateEnvironment()
     try:
@@ -58,7 +61,8 @@ class FactMaker:
         """Make a modified copy of a fact without asserting it.
 
         :param changes: slot names and pointers to CLIPSValues (a multifield for multislots).
-        :raises KeyError: if the deftemplate lacks a slot, or a single slot would get several values.
+        :raises KeyError: the slot, if the deftemplate lacks it, a single slot would get a multifield, or a
+            multislot a single value.
         """
         new_fact = EXTRA_FUNCTIONS.CreateFact(lib.FactDeftemplate(fact))
         EXTRA_FUNCTIONS.CopyFactSlotValues(self._env, new_fact, fact)
@@ -85,6 +89,10 @@ class FactMaker:
         return EXTRA_FUNCTIONS.FindIndexedFact(self._env, index)
 
     def _set_slots(self, new_fact: CData, values: list[tuple[bytes, CData]]) -> None:
+        """Set slots of a fact.
+
+        :raises KeyError: as in :meth:`make_copy`; the fact's memory is then freed.
+        """
         for slot, value in values:
             if not EXTRA_FUNCTIONS.PutFactSlot(new_fact, slot, value) and not self._force_slot(
                 new_fact, slot, value

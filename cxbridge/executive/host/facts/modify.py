@@ -73,7 +73,10 @@ class Modify:
         return FactAddress(asserted) if asserted == new_fact else FALSE
 
     def _find_fact(self, fact: Value) -> CData | None:
-        """Return the fact of the first argument; None after a message about a wrong argument."""
+        """Return the fact of the first argument.
+
+        The result is None for an argument that is not a present fact, after a message unless it is FALSE.
+        """
         if isinstance(fact, FactAddress):
             if lib.FactExistp(fact.pointer):
                 return fact.pointer
@@ -87,6 +90,7 @@ class Modify:
                 self._log_error(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
                 return None
             return fact_of_index
+        # FALSE is the value of an earlier `modify` or `duplicate` without a new fact
         if fact != FALSE:
             self._fail(
                 f"Function '{self.name}' expected a fact-address or fact-index, not {value_text(fact)}."

@@ -101,4 +101,4 @@ class IsolatedEnvironment(ClipsEnvironment):
         :raises ClipsError: if CLIPS refuses the construct, or cannot parse it safely.
         """
         check_parser_limits(construct)
-        super().build(prepare_source(construct, self.loader.has_function).text)
+        super().build(prepare_source(construct, self.loader.has_clips_function).text)
