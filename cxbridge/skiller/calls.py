@@ -23,7 +23,7 @@ from cxbridge.interfaces.instance import Interface
 OWNER = "cxbridge skill"
 SKILLER_TYPE = "SkillerInterface"
 CONTROL_TIMEOUT_S = 5.0
-"""The seconds in which a Skiller must grant control."""
+"""The seconds in which a Skiller must grant control: many loops, although a Skiller needs only one."""
 
 RELEASE_TIMEOUT_S = 0.5
 """The seconds in which another client must release control: the Skiller handles the message of an ending
@@ -116,9 +116,11 @@ class SkillerCall(Closing):
             return result
 
     def start(self, skill_string: str) -> int:
-        """Start a skill string without keeping control; return the message's id.
+        """Start a skill string and return the id of its message.
 
-        :raises SkillerError: if another client has control.
+        :meth:`close` releases control, but does not stop the skill string.
+
+        :raises SkillerError: if another client has control, or the Skiller does not grant control.
         """
         refusal = self._run_steps(self._control_steps(), Deadline(None))
         if refusal:
@@ -256,10 +258,14 @@ def _make_result(status: str, error: str, msgid: int) -> SkillResult:
 
 
 def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
-    """Return the skills of a Skiller, requested as skillgui does; None without reply."""
+    """Return the skills of a Skiller, requested as Fawkes' viewer skillgui does.
+
+    :returns: the names; None without reply, or if an agent on the skill board has no executor.
+    """
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
-        # a Skiller without this interface may belong to an agent on the skill board
+        # a Skiller without this interface may belong to an agent on the skill board, whose name is the default of
+        # the Skiller's id
         if not interface.has_writer:
             return _find_board_skills(board, skiller)
         change: InterfaceChange | None = feed.read_state(interface)

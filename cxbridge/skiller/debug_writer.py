@@ -28,6 +28,8 @@ class SkillerDebugWriter:
 
     Older versions of Fawkes wrote the laid-out graph to the twin. Here the twin gets the unchanged graph of
     each drawn state machine, and keeps the graph while the main interface has a list or no graph.
+
+    :raises BlackBoardError: if an interface has another writer.
     """
 
     def __init__(self, board: BlackBoard, engine: LuaEngine, log: Logger, *, name: str, owner: str) -> None:
@@ -95,6 +97,7 @@ class SkillerDebugWriter:
         self._needs_redraw = False
 
     def _publish_machine(self, graph: str) -> None:
+        """Write the graph of a state machine; an empty text stands for an unchanged graph."""
         if graph:
             size = len(graph.encode("utf-8", "surrogateescape"))
             # the field cuts the graph; viewers get the start, and the log says why

@@ -7,7 +7,7 @@ protocol.
 from __future__ import annotations
 
 import json
-import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum, StrEnum
@@ -21,6 +21,7 @@ EXECUTOR_TYPE: Final = "SkillExecutorInterface"
 DEFAULT_BOARD: Final = "SkillBoard"
 """The default id of the SkillBoardInterface."""
 
+# the limits are the lengths of the text fields in interfaces/Skill*.xml without the final NUL
 MAX_NAME_BYTES: Final = 64
 """The maximum length in bytes of the name of an agent, skill, executor or board."""
 
@@ -28,7 +29,7 @@ MAX_LABEL_BYTES: Final = 128
 """The maximum length in bytes of a master's label."""
 
 MAX_PARAMETERS_BYTES: Final = 1023
-"""The maximum length in bytes of the parameters, given by the interface's field and its final NUL."""
+"""The maximum length in bytes of the parameters as JSON."""
 
 MAX_SKILLS_BYTES: Final = 1023
 """The maximum length in bytes of an executor's list of skills."""
@@ -130,15 +131,18 @@ class SkillCall:
         :raises SkillError: if the parameter is missing without default, or not a finite number.
         """
         value = self.get(name, default)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        # math.isfinite() raises an error for an integer beyond the floats, which JSON may contain
+        if isinstance(value, bool) or not (
+            isinstance(value, (int, float)) and abs(value) <= sys.float_info.max
+        ):
             raise SkillError(f"{self.skill}: the parameter '{name}' must be a number, not {value!r}")
         return value
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return the name if it fits into messages.
+    """Check that a name fits into messages, and return the name.
 
-    :param kind: the kind of name with its article, for the error.
+    :param kind: the named thing with its article, for the error.
     :raises SkillError: if the name is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
     try:
@@ -154,7 +158,10 @@ def check_name(kind: str, name: str) -> str:
 
 
 def truncate(text: str, max_bytes: int) -> str:
-    """Return the longest prefix of a text that fits into ``max_bytes`` bytes of UTF-8, without NUL."""
+    """Return the longest prefix of a text that fits into ``max_bytes`` bytes of UTF-8.
+
+    The prefix has no NUL, and a question mark for each character that UTF-8 cannot encode.
+    """
     return text.replace("\0", "").encode("utf-8", "replace")[:max_bytes].decode("utf-8", "ignore")
 
 
@@ -202,4 +209,5 @@ def limit_fraction(fraction: float) -> float:
 
 def replace_surrogates(text: str) -> str:
     """Return a text without characters that UTF-8 cannot encode, so that an error text always arrives."""
+    # str(), because executors may yield any object as text
     return str(text).encode("utf-8", "replace").decode()

@@ -45,7 +45,7 @@ class BoardSkiller(InterfaceSkiller):
         return bool(self._masters)
 
     def loop(self) -> None:
-        """Handle messages and publish changes. The caller does the board's loop."""
+        """Handle messages and publish an outcome; the caller runs the loop of the skill board."""
         self.handle_messages()
         self.publish()
 
@@ -116,12 +116,12 @@ class LocalSkillCalls:
         return master is not None and self._skill_board.cancel(master)
 
 
-def parse_calls(text: str, agent: str) -> list[SkillCall]:
+def parse_calls(skill_string: str, agent: str) -> list[SkillCall]:
     """Return the calls in a skill string.
 
     :raises SkillError: if the skill string is invalid.
     """
-    return [_to_skill_call(call, agent) for call in parse_skill_string(text)]
+    return [_to_skill_call(call, agent) for call in parse_skill_string(skill_string)]
 
 
 def _to_skill_call(call: SkillStringCall, agent: str) -> SkillCall:
@@ -135,7 +135,9 @@ def _convert_keys(value: Any) -> Any:
     return value
 
 
-_MAX_ROUNDS = 20  # messages cause answers; an endless exchange must not block the loop
+# messages cause answers, and an endless exchange must not block the loop; REQUEST, RESPONSE and CONFIRM take
+# three rounds
+_MAX_ROUNDS = 20
 
 
 class SkillBoardService:
@@ -175,7 +177,10 @@ class SkillBoardService:
             raise
 
     def add(self, host: ExecutorHost) -> None:
-        """Add an executor."""
+        """Add an executor.
+
+        :raises BlackBoardError: if the executor cannot open the interface of the skill board.
+        """
         host.execution = self._execution
         self.hosts.append(host)
         host.open_board(self.skill_board.name)
@@ -207,7 +212,10 @@ class SkillBoardService:
             skiller.publish()
 
     def settle(self) -> None:
-        """Exchange messages until each master has an executor, without executing steps."""
+        """Exchange messages without executing steps, until neither the board nor an executor has any.
+
+        The next loop continues an exchange of too many rounds.
+        """
         for _ in range(_MAX_ROUNDS):
             is_active = self.skill_board.exchange()
             for host in self.hosts:

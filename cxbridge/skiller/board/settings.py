@@ -34,6 +34,7 @@ class ExecutorSettings:
 
     :param name: the id of the executor's interface.
     :param target: ``MODULE:CLASS``, ``FILE.py:CLASS``, or the class.
+    :param settings: the settings that the class gets.
     :param folder: the base of relative files.
     :param place: the place in the configuration, for errors; None for a class that a program gives.
     """
@@ -47,7 +48,7 @@ class ExecutorSettings:
     def load(self) -> type[SkillExecutor]:
         """Return the class of the executor.
 
-        :raises SkillError: if the class is missing or not an executor, with file and line.
+        :raises SkillError: if the class is missing or not an executor.
         """
         if isinstance(self.target, str):
             return load_executor(self.target, self.folder)
@@ -104,6 +105,7 @@ class ExecutorSettings:
 
         :param skills: the skills of the program's executors.
         :raises SkillError: if the program's executors replace only some skills of this executor.
+        :raises CxbridgeError: as :meth:`skills`.
         """
         own_skills = self.skills()
         replaced_skills = [skill for skill in own_skills if skill in skills]
@@ -173,7 +175,8 @@ class BoardSettings:
 
         :param executor_classes: the additional classes.
         :param skillers: the ids of the SkillerInterfaces. Without configured agents, each becomes an agent.
-        :raises SkillError: if a configured executor has only some of these skills.
+        :raises SkillError: if the classes replace only some skills of a configured executor.
+        :raises CxbridgeError: if a configured executor cannot tell its skills.
         """
         skills = {skill for executor_class in executor_classes for skill in executor_class.skills}
         return replace(
@@ -186,6 +189,7 @@ class BoardSettings:
                         *(
                             executor
                             for executor in agent.executors
+                            # without in_process, another process makes the configured executors
                             if self.in_process and not executor.is_replaced_by(skills)
                         ),
                         *(

@@ -57,7 +57,8 @@ class ExecutorWatch(Listener, Observer):
         self._board = board
         self._log = log
         self._owner = owner
-        self._events: deque[tuple[str, str]] = deque()  # "there", "wrote" or "gone", and the executor
+        # an event ("there", "wrote" or "gone") and the id of its executor
+        self._events: deque[tuple[str, str]] = deque()
         # the classes of the interfaces are made from XML at run time, so they have no static types
         self._instances: dict[str, Any] = {}
         self._executor_infos: dict[str, ExecutorInfo] = {}
@@ -66,6 +67,7 @@ class ExecutorWatch(Listener, Observer):
         """A number that changes with the executors or their states."""
         self.offered_skills: set[tuple[str, str]] = set()
         """Agents and skills of all present and former executors."""
+        # the observer first, so that no new executor is missed; an executor reported twice is opened once
         board.register_observer(self, EXECUTOR_TYPE)
         for interface_info in board.list(EXECUTOR_TYPE):
             self._events.append(("there", interface_info.id))
@@ -125,7 +127,7 @@ class ExecutorWatch(Listener, Observer):
         self._read(executor, instance, changes)
 
     def _read(self, executor: str, instance: Any, changes: list[ExecutorChange]) -> None:
-        if not instance.valid:
+        if not instance.valid:  # the connection to the blackboard was lost
             self._forget(executor, changes)
             return
         instance.read()

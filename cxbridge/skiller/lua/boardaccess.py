@@ -69,7 +69,9 @@ MakeTable = Callable[[Mapping[Any, Any]], Any]
 """Makes a Lua table from a mapping."""
 
 _TABLE_FUNCTIONS = frozenset(["set", "send"])  # functions whose arguments may be Lua tables
-_MAX_OPEN_INTERFACES = 2000  # interfaces of one Lua state, whose memory is outside of Lua's limit
+# the interfaces of one Lua state need a limit, because their memory is outside of Lua's limit; the number is
+# chosen freely
+_MAX_OPEN_INTERFACES = 2000
 
 _PROPERTIES = frozenset(
     ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]
@@ -204,6 +206,7 @@ class BoardAccess:
         return self._make_table(dict(enumerate(items, start=1)))
 
     def _get(self, handle: int, name: str, index: float | None = None) -> Any:
+        """Return a field, or the element of an array at an index from 0."""
         return self._to_lua(self._find_interface(handle).get(name, None if index is None else int(index)))
 
     def _to_lua(self, value: Any) -> Any:
@@ -230,6 +233,7 @@ class BoardAccess:
         return instance.msgq_enqueue(message)
 
     def _queue_first(self, handle: int) -> Any:
+        """Return type, fields and envelope (ids and sender) of the first message; None in an empty queue."""
         message = self._find_interface(handle).msgq_first()
         if message is None:
             return None

@@ -14,7 +14,7 @@ local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
 -- The part of a loop's budget that each call gets at least, even after an exhausted budget: enough to reset skills and to
 -- read the reasons of their failures.
 local LEAST = 0.1
--- The maximum number of bytes of an error text
+-- The maximum number of bytes of an error text; chosen freely, enough for a message and a traceback
 local LONGEST_MESSAGE = 4000
 -- Lua walks through the stack to find a function in it, so that a full traceback of a deep stack takes long: of a stack
 -- of more than DEEP functions, a traceback shows only the innermost functions, as many as TOP says.
@@ -46,8 +46,8 @@ local function refuse()
     end
 end
 
--- The innermost line of a skill's code, because lines of the engine's files do not help users.
-local function place()
+-- The innermost frame of a skill's code, because lines of the engine's files do not help users.
+local function find_frame()
     -- levels 1 to 3 are this function, exhaust and the hook, level 4 is the interrupted function
     local level = 4
     while true do
@@ -59,7 +59,7 @@ local function place()
 end
 
 local function exhaust()
-    local frame = place()
+    local frame = find_frame()
     exhausted = format("%s:%d: endless loop? The limit of computation in one loop is used up", frame.short_src,
                        frame.currentline)
     sethook(refuse, "", 1)
@@ -76,6 +76,7 @@ local function is_late()
     return now > deadline
 end
 
+-- The hook: charges a step to the budget, and checks the clock when it is due.
 local function count()
     remaining, ticks = remaining - step, ticks - 1
     if remaining >= 0 and step == STEP then
