@@ -264,8 +264,8 @@ def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> li
     """
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
-        # a Skiller without this interface may belong to an agent on the skill board, whose name is the default of
-        # the Skiller's id
+        # a Skiller without this interface may belong to an agent on the skill board; the agent's name is the
+        # default of the Skiller's id
         if not interface.has_writer:
             return _find_board_skills(board, skiller)
         change: InterfaceChange | None = feed.read_state(interface)

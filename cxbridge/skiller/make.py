@@ -41,6 +41,8 @@ def skill_folders(
 ) -> list[Path]:
     """Return the folders of skills: those of the user, of a Fawkes checkout, and of cxbridge.
 
+    A module in an earlier folder precedes a module of the same name in a later folder.
+
     :param skill_dirs: the folders of the user.
     :param fawkes_dir: the Fawkes checkout, if any.
     :param shipped: whether to include the skills of cxbridge.
@@ -92,9 +94,13 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param folders: the folders of skills, see :func:`skill_folders`; None: only cxbridge's skills.
     :param config: the configuration for skills; ``/skiller/skillspace`` is the default of ``space``.
     :param name: the id of the SkillerInterface.
+    :param mode: ``strict``: skill strings are calls with literal arguments; ``fawkes``: Lua code.
+    :param limits: the limits of the skills; None: the default limits.
     :param navgraph: the graph for ``navgraph``, see :func:`skills_see_navgraph`.
     :param watch: detects changed skill files; None: a watch is made if ``/skiller/watch_files`` is true.
+    :param seed: the seed of the random numbers of skills.
     :param find_mapping_place: returns the place of a skill string's mapping, for messages.
+    :raises ConfigError: if a setting of the Skiller has the wrong type.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     :raises BlackBoardError: if an interface has another writer.
     """
@@ -150,7 +156,7 @@ def make_speech(
     """Make the writer of the SpeechSynthInterface.
 
     :param speech: ``off``: silent, but with the duration of speech; ``on``: the speaker.
-    :param greeting: a first text, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
+    :param greeting: a first text, see :data:`cxbridge.skiller.speech.LOADED_TEXT`; None: no greeting.
     :raises SkillerError: if speech is unavailable; the hint names the missing package.
     :raises BlackBoardError: if the interface has another writer.
     """

@@ -45,6 +45,7 @@ class _CannotMapError(Exception):
 class ActionSkillMapping:
     """Maps actions to skill strings.
 
+    :param mapping: the templates by the names of the actions.
     :param mode: ``strict`` or ``fawkes``.
     """
 
@@ -61,7 +62,7 @@ class ActionSkillMapping:
         return action in self._templates
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
-        """Return the skill string of an action."""
+        """Return the skill string of an action; empty and without messages if the action has no template."""
         # as in Fawkes, a missing template is not an error: callers check has_template()
         template = self._templates.get(action)
         if template is None:
@@ -137,11 +138,18 @@ class ActionSkillMapping:
         return prefix + suffix
 
     def _escape_value(self, placeholder: Placeholder, value: str, prefix: str) -> str:
-        """Return the text of a value to append to ``prefix``, escaped unless the mode is ``fawkes``."""
+        """Return the text of a value to append to ``prefix``, escaped unless the mode is ``fawkes``.
+
+        :raises _CannotMapError: if the value cannot be escaped.
+        """
         return _escape_for_lua(placeholder, value, prefix) if self.mode == "strict" else value
 
 
 def _look_up(placeholder: Placeholder, action: str, params: Mapping[str, str]) -> str:
+    """Return the value of a placeholder.
+
+    :raises _CannotMapError: if the action has no such parameter.
+    """
     try:
         return params[placeholder.name]
     except KeyError:
@@ -151,7 +159,10 @@ def _look_up(placeholder: Placeholder, action: str, params: Mapping[str, str]) -
 
 
 def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) -> str:
-    """Return a value after the replacements of a placeholder; add warnings to the messages."""
+    """Return a value after the replacements of a placeholder; add warnings to the messages.
+
+    :raises _CannotMapError: if the pattern of a replacement is invalid.
+    """
     for step in placeholder.steps:
         if isinstance(step, Misfit):
             messages.append((Level.WARN, step.warning))

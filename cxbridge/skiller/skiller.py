@@ -15,7 +15,7 @@ from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.debug_writer import SkillerDebugWriter
 from cxbridge.skiller.interface import InterfaceSkiller
 from cxbridge.skiller.lua.engine import LuaEngine
-from cxbridge.skiller.lua.host import log_error
+from cxbridge.skiller.lua.host import log_text
 from cxbridge.skiller.lua.modulepath import ModuleWatch
 from cxbridge.skiller.skillstring import read_calls
 from cxbridge.skiller.status import Status
@@ -172,7 +172,7 @@ class Skiller(InterfaceSkiller):
         """Log an error in a skill's code and write the failure."""
         mapping_note = self.make_mapping_note(self.skill_string)
         failure = f"{self.skill_string}|{problem}"
-        log_error(
+        log_text(
             self._log, Level.ERROR, f"Failed to execute skill{mapping_note}: {failure}", self.engine.modules
         )
         self.end(Status.S_FAILED, failure)

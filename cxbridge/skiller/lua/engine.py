@@ -35,6 +35,8 @@ class LuaEngine:
     :param board: the blackboard of the skills.
     :param folders: the folders of skills, see :class:`ModulePath`.
     :param space: the skill space: the module ``skills.SPACE``, which loads the skills.
+    :param config: the configuration for skills; None: skills have no configuration.
+    :param limits: the limits of the skills; None: the default limits.
     :param transforms: the transforms for ``tf``; None: ``tf`` has no frames.
     :param navgraph: the graph of ``navgraph``; None: ``navgraph`` is nil in Lua.
     :param seed: the seed of ``math.random``.
@@ -73,8 +75,6 @@ class LuaEngine:
 
     def _load(self) -> tuple[LuaState, BoardAccess]:
         """Load the present skill files into a new Lua state."""
-        lua_limits = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
-        lua_limits["largest_text"] = self._limits.memory_per_loop
         modules = self.attempted_modules = ModulePath(self._folders)
         accesses: list[BoardAccess] = []
 
@@ -84,7 +84,7 @@ class LuaEngine:
             accesses.append(BoardAccess(self._pool, make_table))
             return self._make_host_functions(modules) | accesses[0].functions_by_name()
 
-        state = LuaState(self._limits.memory, lua_limits, modules, make_host)
+        state = LuaState(asdict(self._limits), modules, make_host)
         try:
             state.load(self.space)
         except SkillError:
@@ -129,7 +129,7 @@ class LuaEngine:
         return tuple(self._call_for_text("names").split())
 
     def documentation(self, skill: str) -> str | None:
-        """Return the documentation of a skill, or None."""
+        """Return the documentation of a skill; None if the skill does not exist."""
         if skill not in self.skills:
             return None
         return decode_lua_text(self._call_for_text("documentation", to_lua(skill)))
@@ -139,7 +139,7 @@ class LuaEngine:
 
         :returns: the mistakes in the calls; empty if there are none.
         """
-        make_table = self._state.table
+        make_table = self._state.make_table
         call_tables = make_table(
             {number: _make_call_table(call, make_table) for number, call in enumerate(calls, start=1)}
         )
@@ -170,6 +170,7 @@ class LuaEngine:
         return self._error_text((ok, error)), _to_status(status[0] if status else Status.S_INACTIVE)
 
     def drop(self) -> None:
+        """Forget the skill string, so that :meth:`run` calls no skill."""
         self._call("drop")
 
     def reset_all(self) -> str:

@@ -15,6 +15,7 @@ function FSM:new(definition)
     assert(definition.debug == nil or type(definition.debug) == "boolean",
            "FSM debug value must be a boolean")
     self.__index = self
+    -- max_num_traces and recursion_limit have the values of Fawkes
     local fresh = {
         vars = {}, persistent_vars = {}, states = {}, trace = {}, error = "", prepared = false,
         state_changed = false, tracing = true, max_num_traces = 40, recursion_limit = 10, current_recursion = 0,
@@ -54,13 +55,13 @@ function FSM:set_error(text)
     if text and text ~= "" then log.warn("FSM %s: %s", self.name, text) end
 end
 
-local function select_trace_entries(fsm, wanted)
+local function select_trace_entries(fsm, is_selected)
     if not fsm.tracing then return false end
-    local found = {}
+    local selected = {}
     for i, entry in ipairs(fsm.trace) do
-        if wanted(entry) then found[i] = entry end
+        if is_selected(entry) then selected[i] = entry end
     end
-    return next(found) ~= nil, found
+    return next(selected) ~= nil, selected
 end
 
 --- Whether a state was left or entered, and its entries of the trace by index.

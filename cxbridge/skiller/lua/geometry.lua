@@ -63,6 +63,7 @@ function Vector3:distance(v) return math.sqrt(self:distance2(v)) end
 
 function Vector3:isZero() return self[1] == 0 and self[2] == 0 and self[3] == 0 end
 
+-- A length below 1e-15 is a few rounding errors of numbers near 1.
 function Vector3:fuzzyZero() return self:length2() < 1e-30 end
 
 function Vector3:normalized()
@@ -179,6 +180,7 @@ function Quaternion:normalize()
     return self
 end
 
+-- The inverse of a unit quaternion
 function Quaternion:inverse() return Quaternion:new(-self[1], -self[2], -self[3], self[4]) end
 
 function Quaternion:angle(q) return math.acos(self:dot(q) / math.sqrt(self:length2() * q:length2())) end
@@ -187,7 +189,7 @@ function Quaternion:getAngle() return 2 * math.acos(self[4]) end
 
 function Quaternion:getAxis()
     local s2 = 1 - self[4] * self[4]
-    -- no rotation: each axis is right
+    -- no rotation, but for rounding errors: each axis is right
     if s2 < 1e-15 then return vector(1, 0, 0) end
     local s = math.sqrt(s2)
     return vector(self[1] / s, self[2] / s, self[3] / s)

@@ -38,8 +38,8 @@ end)
 local function attributes(attr)
     local text
     for name, value in pairs(attr) do
-        local part = value == "" and name or name .. "=" .. quote(value)
-        text = text and text .. ", " .. part or part
+        local assignment = value == "" and name or name .. "=" .. quote(value)
+        text = text and text .. ", " .. assignment or assignment
     end
     return text and " [" .. text .. "]" or ""
 end
@@ -55,8 +55,12 @@ local function merge(attr, more)
     for name, value in pairs(more or {}) do attr[name] = value end
 end
 
+-- A graph or subgraph of dot: its head, its attributes, the default attributes of its nodes and edges, its nodes,
+-- subgraphs and edges, and the names of the nodes that share a rank.
 local function new_drawing(kind, name)
-    return {head = kind .. " " .. name, attr = {}, node = {}, edge = {}, nodes = {}, inner = {}, edges = {}, rank = {}}
+    return {
+        head = kind .. " " .. name, attr = {}, node = {}, edge = {}, nodes = {}, subgraphs = {}, edges = {}, rank = {},
+    }
 end
 
 local function add_node(drawing, name)
@@ -74,7 +78,7 @@ end
 local function add_cluster(drawing, name, label, filling)
     local cluster = new_drawing("subgraph", name)
     set(cluster.attr, "label", label, "style", "filled", "fillcolor", filling, "fontweight", "bold", "labeljust", "r")
-    table.insert(drawing.inner, cluster)
+    table.insert(drawing.subgraphs, cluster)
     return cluster
 end
 
@@ -97,7 +101,7 @@ local function write(drawing, out, indent)
         add_comment(node)
         out[#out + 1] = inner .. node_name(node.name) .. attributes(node.attr) .. ";"
     end
-    for _, cluster in ipairs(drawing.inner) do write(cluster, out, inner) end
+    for _, cluster in ipairs(drawing.subgraphs) do write(cluster, out, inner) end
     for _, edge in ipairs(drawing.edges) do
         out[#out + 1] = inner .. node_name(edge.from) .. " -> " .. node_name(edge.to) .. attributes(edge.attr) .. ";"
     end
@@ -131,7 +135,7 @@ local function traces(fsm)
     return {states = states, transitions = transitions}
 end
 
--- Attributes of states
+-- Attributes of states, with the colours of Fawkes
 
 local function is_end(fsm, name)
     return name == fsm.exit_state or name == fsm.fail_state or name == fsm.recover_state
@@ -142,7 +146,7 @@ local function filling(fsm, name)
                name == fsm.recover_state and "#ffff88" or "#ffc080"
 end
 
-local function look_of_start(fsm, state, attr, label)
+local function style_start(fsm, state, attr, label)
     attr.penwidth = "4.0"
     if graph.coloured then attr.color = "#ffc080" end
     if label then attr.label = label end
@@ -153,7 +157,7 @@ local function look_of_start(fsm, state, attr, label)
     merge(attr, state.dotattr)
 end
 
-local function look_of_state(fsm, traced, state, attr, label)
+local function style_state(fsm, traced, state, attr, label)
     local name = state.name
     merge(attr, state.dotattr)
     if label then attr.label = label end
@@ -180,7 +184,7 @@ end
 
 -- Attributes of transitions
 
-local function look_of_transition(fsm, traced, from, transition, attr)
+local function style_transition(fsm, traced, from, transition, attr)
     if transition.description then attr.label = tostring(transition.description) end
     merge(attr, transition.dotattr)
     if transition.state.name == fsm.fail_state and graph.coloured then attr.style = "dotted" end
@@ -216,11 +220,11 @@ local function draw_inner_machine(drawing, prefix, state, counter)
     end
     draw(inner, add_cluster(drawing, name, inner.name, "#f4f4f4"), inner_prefix, counter)
     add_edge(drawing, add_prefix(prefix, state.name), add_prefix(inner_prefix, inner.start))
-    for _, ends in ipairs {{inner.exit_state or false, state.exit_to}, {inner.fail_state or false, state.fail_to}} do
-        if ends[1] and ends[2] then
-            add_edge(drawing, add_prefix(inner_prefix, ends[1]), add_prefix(prefix, ends[2]))
-        end
+    local function add_way_out(from, to)
+        if from and to then add_edge(drawing, add_prefix(inner_prefix, from), add_prefix(prefix, to)) end
     end
+    add_way_out(inner.exit_state, state.exit_to)
+    add_way_out(inner.fail_state, state.fail_to)
 end
 
 -- Machines in a list are drawn, machines with names are not, as in Fawkes.
@@ -232,11 +236,11 @@ local function draw_inner_machines(drawing, prefix, state, counter)
     for _, inner in ipairs(state.subfsms) do
         local inner_prefix, name = "g" .. counter.n, "cluster_" .. counter.n
         counter.n = counter.n + 1
-        local drawn = new_drawing("subgraph", name)
-        set(drawn.attr, "comment", inner_prefix, "label", inner.name, "style", "filled", "fillcolor", "#f4f4f4",
+        local subgraph = new_drawing("subgraph", name)
+        set(subgraph.attr, "comment", inner_prefix, "label", inner.name, "style", "filled", "fillcolor", "#f4f4f4",
             "fontweight", "bold", "labeljust", "r")
-        table.insert(cluster.inner, drawn)
-        draw(inner, drawn, inner_prefix, counter)
+        table.insert(cluster.subgraphs, subgraph)
+        draw(inner, subgraph, inner_prefix, counter)
         set(add_edge(cluster, hub, add_prefix(inner_prefix, inner.start)), "lhead", name, "arrowhead", "dot", "label",
             "uses", "style", "dashed")
     end
@@ -258,21 +262,21 @@ end
 function draw(fsm, drawing, prefix, counter)
     merge(drawing.attr, fsm.dotattr)
     local first = assert(fsm.states[fsm.start], "FSM grapher: No start node set for FSM or start node not created")
-    look_of_start(fsm, first, add_node(drawing, add_prefix(prefix, fsm.start)), prefix and fsm.start)
+    style_start(fsm, first, add_node(drawing, add_prefix(prefix, fsm.start)), prefix and fsm.start)
     local shown, traced = shown_states(fsm), traces(fsm)
     for name, state in pairs(shown) do
         if name ~= fsm.start then
-            look_of_state(fsm, traced, state, add_node(drawing, add_prefix(prefix, name)), prefix and name)
+            style_state(fsm, traced, state, add_node(drawing, add_prefix(prefix, name)), prefix and name)
         end
         if state.subfsm then draw_inner_machine(drawing, prefix, state, counter) end
         if state.subfsms then draw_inner_machines(drawing, prefix, state, counter) end
         for _, transition in ipairs(state.transitions) do
-            local own = state.subfsm and
-                            (transition == state.final_transition or transition == state.failure_transition)
+            local is_own = state.subfsm and
+                               (transition == state.final_transition or transition == state.failure_transition)
             local to = transition.state.name
-            if to and shown[to] and not transition.hide and not own then
-                look_of_transition(fsm, traced, state, transition,
-                                   add_edge(drawing, add_prefix(prefix, name), add_prefix(prefix, to)))
+            if to and shown[to] and not transition.hide and not is_own then
+                style_transition(fsm, traced, state, transition,
+                                 add_edge(drawing, add_prefix(prefix, name), add_prefix(prefix, to)))
             end
         end
     end

@@ -1,8 +1,10 @@
 """Python services for Lua: log, clock, random numbers, configuration, skill files.
 
-Functions take plain values and return ``(True, values...)`` or ``(False, message)``. Neither Python objects
-nor exceptions enter Lua, and no Lua object, whose methods may run a skill's code, enters Python. Texts are
-passed with one character per byte, because Lua's strings are bytes. No function returns a secret
+Functions that may fail return ``(True, values...)`` or ``(False, message)``; the functions of log, clock and
+random numbers return a number or nil. Neither Python objects nor exceptions enter Lua. No Lua object, whose
+methods may run a skill's code, enters Python: functions take plain values, except ``set`` and ``send`` of
+:mod:`.boardaccess`, which check their arguments themselves. Texts are passed with one character per byte,
+because Lua's strings are bytes. No function returns a secret
 (:mod:`cxbridge.config.secrets`).
 """
 
@@ -79,10 +81,10 @@ def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
 _TRACEBACK_MARK = "\nstack traceback:"
 
 MAX_LINE_LENGTH = 8192
-"""The maximum number of characters of a log line; the rest is cut."""
+"""The maximum number of characters of a log line; the rest is cut. Chosen freely."""
 
 
-def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
+def log_text(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
     """Log a text. A Lua error becomes one line with the skill's file; its stack goes to the debug level."""
     line, mark, stack = text.partition(_TRACEBACK_MARK)
     if not mark:
@@ -113,6 +115,7 @@ class HostFunctions:
 
     def functions_by_name(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
+        # randomseed gets repr(seed), because seed(None) would take a seed from the operating system
         return {
             "log": _nil_after_errors(self._log),
             "now_usec": self._clock.now_us,
@@ -127,7 +130,7 @@ class HostFunctions:
         }
 
     def _log(self, level: str, text: str) -> None:
-        log_error(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LINE_LENGTH]), self._modules)
+        log_text(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LINE_LENGTH]), self._modules)
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)

@@ -75,7 +75,8 @@ function HSM:new_jump_state(name, transitions, vars, export_to)
     return state
 end
 
---- Add a transition to every state, even to states that are defined later.
+--- Add a transition to every state except its target, the exit state and the fail state, even to states that are
+-- defined later.
 function HSM:add_default_transition(target, condition, description)
     table.insert(self.default_transitions, {state = target, jumpcond = condition, description = description})
     for _, state in pairs(self.states) do apply_defaults(self, state) end
@@ -122,6 +123,7 @@ local function add_between(hsm, entry)
     local to = find_state(hsm, entry[2], "Destination", label)
     local cond, precond = conditions_of(entry, label)
     if entry.timeout then add_timeout(hsm, from, to, entry, label) end
+    -- false for a missing transition, because ipairs ends at nil
     for _, added in ipairs {
         cond and from:add_new_transition(to, cond, entry.desc, entry.error) or false,
         precond and from:add_new_precondition(to, precond, entry.desc, entry.error) or false,
@@ -133,7 +135,7 @@ local function add_between(hsm, entry)
     end
 end
 
---- Add transitions: {FROM, TO, cond...}, or {TO, cond=...} from every state.
+--- Add transitions: {FROM, TO, cond...}, or a default transition {TO, cond=...}.
 function HSM:add_transitions(transitions)
     if not self.states_defined then self:define_named_states(transitions) end
     for _, entry in ipairs(transitions) do

@@ -6,7 +6,8 @@ local log, checked, host = core.include("log"), core.include("checked"), core.ho
 
 local interfaces = {}
 
--- An interface is a userdata, as with tolua, so that skills cannot change its table.
+-- The host's handle of each open interface. An interface is a userdata, as with tolua, so that skills cannot change its
+-- table.
 local handles = setmetatable({}, {__mode = "k"})
 
 local function handle_of(interface)
@@ -56,35 +57,35 @@ local function set_value(message, name, value, index)
     end
 end
 
-local envelope = {
+local envelope_methods = {
     id = function(self) return self.__envelope.id or 0 end,
     type = function(self) return self.__type end,
     sender_thread_name = function(self) return self.__envelope.sender_thread_name or "" end,
 }
 for _, field in ipairs {"sender_id", "source_id"} do
-    envelope[field] = function(self)
+    envelope_methods[field] = function(self)
         local serial = self.__envelope[field] or ""
         return {get_string = function() return serial end}
     end
 end
 
-local function make_message_class(info)
+local function make_message_class(schema)
     local class = {}
     local instance = {__index = function(_, key)
-        local found = envelope[key] or make_accessor(info.fields, key, get_value, set_value)
-        class[key] = found
-        return found
+        local method = envelope_methods[key] or make_accessor(schema.fields, key, get_value, set_value)
+        class[key] = method
+        return method
     end}
     setmetatable(class, instance)
     local metatable = {__index = class}
-    -- data: the envelope, with id, sender and source
-    local function wrap(values, data)
-        return setmetatable({__type = info.name, __values = values, __envelope = data}, metatable)
+    -- envelope: the ids of the message, its sender and its source, and the name of the sending thread
+    local function wrap(values, envelope)
+        return setmetatable({__type = schema.name, __values = values, __envelope = envelope}, metatable)
     end
     --- Make a message from the values of all fields, in order, or from none.
     function class:new(...)
         local values = {}
-        for i, name in ipairs(info.order) do values[name] = (select(i, ...)) end
+        for i, name in ipairs(schema.order) do values[name] = (select(i, ...)) end
         return wrap(values, {})
     end
     return class, wrap
@@ -101,8 +102,8 @@ local function queue_methods(wrappers)
     end
     methods.msgq_enqueue_copy = methods.msgq_enqueue
     function methods:msgq_first()
-        local name, values, data = checked(host.queue_first(handle_of(self)))
-        return name and wrappers[name](values, data)
+        local name, values, envelope = checked(host.queue_first(handle_of(self)))
+        return name and wrappers[name](values, envelope)
     end
     function methods:msgq_empty() return checked(host.queue_size(handle_of(self))) == 0 end
     function methods:msgq_size() return checked(host.queue_size(handle_of(self))) end
@@ -127,10 +128,10 @@ local function add_common_methods(methods, type_name)
         return {get_string = function() return text end}
     end
     function methods:oftype(name) return name == type_name end
-    for _, question in ipairs {
+    for _, property in ipairs {
         "has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial",
     } do
-        methods[question] = function(self) return checked(host.query(handle_of(self), question)) end
+        methods[property] = function(self) return checked(host.query(handle_of(self), property)) end
     end
 end
 
@@ -141,17 +142,17 @@ local function set_field(interface, name, value, index)
 end
 
 local function make_class(type_name)
-    local info = checked(host.describe(type_name))
+    local schema = checked(host.describe(type_name))
     local wrappers = {}
     local class = queue_methods(wrappers)
     add_common_methods(class, type_name)
-    for name, value in pairs(info.constants) do class[name] = value end
-    for _, message in ipairs(info.messages) do
+    for name, value in pairs(schema.constants) do class[name] = value end
+    for _, message in ipairs(schema.messages) do
         class[message.name], wrappers[message.name] = make_message_class(message)
     end
     function class:create_message(name) return self[name]:new() end
     setmetatable(class, {__index = function(_, key)
-        local accessor = type(key) == "string" and make_accessor(info.fields, key, get_field, set_field)
+        local accessor = type(key) == "string" and make_accessor(schema.fields, key, get_field, set_field)
         if accessor then class[key] = accessor end
         return accessor or nil
     end})

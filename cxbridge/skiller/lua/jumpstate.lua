@@ -118,29 +118,29 @@ function JumpState:clear_transitions() self.transitions = {} end
 
 function JumpState:last_transition() return self.last_trans end
 
---- Return the transitions to a state (or its name), or all of them.
+--- Return the transitions to a state (or its name), or all transitions.
 function JumpState:get_transitions(target)
     local name = type(target) == "table" and target.name or target
-    local found = {}
+    local matching = {}
     for _, transition in ipairs(self.transitions) do
         local to = type(transition.state) == "table" and transition.state.name
-        if name == nil or to == name then table.insert(found, transition) end
+        if name == nil or to == name then table.insert(matching, transition) end
     end
-    return found
+    return matching
 end
 
 --- Return the only transition to a state (or its name); nil without a transition, an error for two transitions.
 function JumpState:get_transition(target)
     local name = type(target) == "table" and target.name or target
-    local found
+    local matching
     for _, transition in ipairs(self.transitions) do
         local to = type(transition.state) == "table" and transition.state.name or transition.state
         if to == name then
-            assert(not found, "Two transitions to state " .. tostring(name))
-            found = transition
+            assert(not matching, "Two transitions to state " .. tostring(name))
+            matching = transition
         end
     end
-    return found
+    return matching
 end
 
 -- Timeouts: a duration in seconds for each state, from its entry.
@@ -192,7 +192,7 @@ function JumpState:try_transitions(before_init)
     local phase = before_init and "pre" or "post"
     for _, transition in ipairs(self.transitions) do
         if transition[phase] then
-            self.tested_at = transition.place
+            self.tested_at = transition.place -- for the error of the condition, see call_protected in fsm.lua
             if transition.jumpcond(self) then return fire(self, transition) end
         end
     end

@@ -35,6 +35,7 @@ library.os = {
     difftime = native.os.difftime,
     getenv = function(name) return core.include("checked")(host.getenv(name)) end,
 }
+-- As in Fawkes, skill strings and conditions in texts get different functions.
 local os = library.os
 library.sandbox_os = {date = os.date, getenv = os.getenv, time = os.time, difftime = os.difftime}
 library.condition_os = {date = os.date, time = os.time, clock = os.clock, difftime = os.difftime}
@@ -75,26 +76,26 @@ function library.table.deepcopy(value)
     return clone(value)
 end
 
-local m = library.math
-m.nan = 0 / 0
+local mathext = library.math
+mathext.nan = 0 / 0
 
-function m.isnan(x) return x ~= x end
+function mathext.isnan(x) return x ~= x end
 
-function m.sign(x) return x > 0 and 1 or x < 0 and -1 or 0 end
+function mathext.sign(x) return x > 0 and 1 or x < 0 and -1 or 0 end
 
 --- Round half away from zero.
-function m.round(x) return x >= 0 and math.floor(x + 0.5) or math.ceil(x - 0.5) end
+function mathext.round(x) return x >= 0 and math.floor(x + 0.5) or math.ceil(x - 0.5) end
 
-function m.vec_length(x, y) return math.sqrt(x * x + y * y) end
+function mathext.vec_length(x, y) return math.sqrt(x * x + y * y) end
 
-function m.cart2polar2d(x, y) return math.atan2(y, x), m.vec_length(x, y) end
+function mathext.cart2polar2d(x, y) return math.atan2(y, x), mathext.vec_length(x, y) end
 
-function m.polar2cart2d(phi, distance) return distance * math.cos(phi), distance * math.sin(phi) end
+function mathext.polar2cart2d(phi, distance) return distance * math.cos(phi), distance * math.sin(phi) end
 
 --- Normalize an angle in radians to [-pi, pi].
-function m.normalize_mirror_rad(angle) return angle - 2 * math.pi * m.round(angle / (2 * math.pi)) end
+function mathext.normalize_mirror_rad(angle) return angle - 2 * math.pi * mathext.round(angle / (2 * math.pi)) end
 
-function m.angle_distance(a, b) return math.abs(m.normalize_mirror_rad(a - b)) end
+function mathext.angle_distance(a, b) return math.abs(mathext.normalize_mirror_rad(a - b)) end
 
 --- Make a read-only view of a table.
 function library.readonly(original)
@@ -105,7 +106,7 @@ function library.readonly(original)
     })
 end
 
--- Functions of the base library
+-- Functions of the base library: for skill strings those of the sandbox of Fawkes, for modules more
 
 library.sandbox_functions = {
     assert = assert, error = error, ipairs = ipairs, next = next, pairs = pairs, select = select,

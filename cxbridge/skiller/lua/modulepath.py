@@ -42,7 +42,7 @@ class ModulePath:
     def find(self, module: str) -> Path:
         """Return the file of a module.
 
-        :raises SkillError: if no folder has the module; the error names the folders.
+        :raises SkillError: if the name is invalid, or no folder has the module.
         """
         if not _MODULE_NAME.fullmatch(module):
             raise SkillError(
@@ -60,6 +60,8 @@ class ModulePath:
 
     def read(self, module: str) -> tuple[str, str]:
         """Return the text of a module (one character per byte) and its label for messages.
+
+        Record the request in :attr:`requested`, and the file in :attr:`files`.
 
         :raises SkillError: if the module is missing or unreadable.
         """
@@ -95,7 +97,7 @@ class ModulePath:
         return _PLACE.sub(lambda match: f"{self.files.get(match[1], match[1])}:{match[2]}:", line)
 
     def locate(self, message: str) -> tuple[Path | None, int | None, str]:
-        """Split a Lua error with traceback into file, line and text, as far as known."""
+        """Split a Lua error with traceback into file, line and text; None for an unknown file or line."""
         # the innermost place in a skill file counts: a mistake in a definition is raised in the engine's own
         # file
         text = _OWN_PLACE.sub("", message.partition("\nstack traceback:")[0])
@@ -111,14 +113,14 @@ class ModuleWatch:
     Polling modification times needs no thread, works on every file system, and concerns only the loaded
     files, wherever they are.
 
-    :param interval: seconds between two checks.
+    :param interval_s: seconds between two checks.
     :param now: a clock in real seconds, because files change in real time.
     """
 
-    def __init__(self, interval: float = 0.5, now: Callable[[], float] = time.monotonic) -> None:
-        self._interval_s = interval
+    def __init__(self, interval_s: float = 0.5, now: Callable[[], float] = time.monotonic) -> None:
+        self._interval_s = interval_s
         self._now = now
-        self._next_check_s = now() + interval
+        self._next_check_s = now() + interval_s
         self._path = ModulePath(())
 
     def follow(self, path: ModulePath) -> None:

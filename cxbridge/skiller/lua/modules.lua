@@ -198,6 +198,7 @@ provide("skiller.skillenv", skillenv)
 provide("skiller.skillhsm", {SkillHSM = machines.SkillHSM, JumpState = JumpState, SkillJumpState = SkillJumpState})
 provide("skiller.skillstati", core.include("status"))
 provide("skiller.subskill_jumpstate", {SubSkillJumpState = SkillJumpState})
+-- Skill files require the packages of the C++ bindings, which define the table fawkes.
 for _, package in ipairs {"utils", "config", "logging", "interface", "blackboard", "tf", "navgraph"} do
     loaded["fawkes" .. package] = world.fawkes
 end
@@ -205,6 +206,7 @@ world.skillenv = skillenv
 skillenv.gensandbox = core.include("sandbox")
 world.WaitState = core.include("oldstyle").WaitState
 
+-- In Fawkes, each interface type is a module: interfaces.SkillerInterface.
 setmetatable(loaded, {__index = function(_, name)
     local type_name = type(name) == "string" and name:match("^interfaces%.(%w+Interface)$")
     return type_name and interfaces.class(type_name) or nil

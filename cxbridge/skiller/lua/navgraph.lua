@@ -6,8 +6,8 @@ local checked, host = core.include("checked"), core.host
 local Node = {}
 Node.__index = Node
 
-local function node(name, x, y, reachable)
-    return setmetatable({__name = name or "", __x = x or 0, __y = y or 0, __reachable = reachable}, Node)
+local function node(name, x, y)
+    return setmetatable({__name = name or "", __x = x or 0, __y = y or 0}, Node)
 end
 
 function Node:name() return self.__name end
@@ -28,7 +28,7 @@ for _, kind in ipairs {"float", "int", "bool"} do
     end
 end
 
---- A vector of C++ as of tolua: its elements count from 0.
+--- A C++ vector as tolua shows it: its elements count from 0.
 local function vector(list)
     list.size = function(self) return #self + (self[0] ~= nil and 1 or 0) end
     return list

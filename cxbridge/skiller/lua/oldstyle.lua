@@ -67,6 +67,7 @@ function oldstyle.extend(HSM)
             }
             self:add_state(state)
         else
+            -- not the old style: the arguments are name, transitions, vars and export_to
             local export_to = fail_to
             state = new_jump_state(self, name, skill, final_to, export_to)
             if export_to then return state end

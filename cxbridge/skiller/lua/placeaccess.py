@@ -68,7 +68,7 @@ def _make_navgraph_functions(graph: NavGraph) -> dict[str, Callable[..., Any]]:
         return None if node is None else _text_or_nil(node.properties.get(from_lua(name)))
 
     def find_path(start: str, goal: str) -> tuple[Any, ...] | None:
-        """Return the length of the path and the names of its nodes, or nil."""
+        """Return the length of the path in metres and the names of its nodes; None without a path."""
         path = graph.search_path(from_lua(start), from_lua(goal))
         return None if path is None else (path.cost, *_node_names(path.nodes))
 
@@ -95,7 +95,7 @@ def _flatten_transform(transform: StampedTransform) -> tuple[float, ...]:
 
 
 def _flatten_node(node: NavGraphNode | None) -> tuple[str, float, float] | None:
-    """Return the name and the coordinates of a node in metres."""
+    """Return the name and the coordinates of a node in metres; None stays None."""
     return None if node is None else (to_lua(node.name), node.x, node.y)
 
 

@@ -4,18 +4,18 @@ local core = ...
 local interfaces = core.include("interfaces")
 
 local predlib = {}
--- By the name of the module: the module, its predicates by name, and its dependencies: the interfaces that
--- depends_interfaces names, by their variables.
+-- The libraries by the names of their modules. A library has its module, its predicates by name, and as dependencies
+-- the interfaces of depends_interfaces by the names of their variables.
 local libraries = {}
 
-local function find(library, module, name)
+local function read_field(library, module, name)
     local dependency = library.dependencies[name]
     if dependency ~= nil then return dependency end
     -- As in Fawkes, a library without dependencies has nil in depends_interfaces; the name is not an unknown predicate.
     if type(name) == "string" and name:match("^depends_") then return nil end
     local predicate = library.predicates[name]
     assert(predicate, string.format("Predicate %s is not available in module %s", tostring(name), module._NAME))
-    -- a predicate may return a second value, which it has from then on in this loop
+    -- a predicate may return a second value: its value for the rest of the loop
     local value, for_the_rest_of_the_loop = predicate()
     if for_the_rest_of_the_loop ~= nil then
         rawset(module, name, for_the_rest_of_the_loop)
@@ -52,7 +52,7 @@ function predlib.module_init(module)
     setmetatable(module, {
         predicates = library.predicates,
         dependencies = library.dependencies,
-        __index = function(_, name) return find(library, module, name) end,
+        __index = function(_, name) return read_field(library, module, name) end,
         __newindex = function(_, name, value) define(library, module, name, value) end,
     })
 end

@@ -1,5 +1,5 @@
--- The functions that the host calls. Each call has a budget, so that a skill cannot block the main loop, and returns
--- plain values: the host never gets a function or a table of skills.
+-- The functions that the host calls. Each call that may run code of skills has a budget, so that a skill cannot block
+-- the main loop. The calls return plain values: the host never gets a function or a table of skills.
 
 local core = ...
 local budget = core.include("budget")
@@ -34,7 +34,7 @@ local function attempt(name, fn)
     end
 end
 
---- Make a function for the host that returns a value, or a default for a value of another type.
+--- Make a function for the host that returns a value, or a default for an error and for a value of another type.
 local function question(name, default, fn)
     runner[name] = function(...)
         local ok, value = budget.run(fn, ...)
@@ -133,8 +133,9 @@ local function draw(name, direction, coloured, always)
 end
 
 function runner.graph(name, direction, coloured, always)
-    local ok, found, text = budget.run(draw, name, direction, coloured, always)
-    return not ok or found == true, ok and type(text) == "string" and text or ""
+    local ok, exists, text = budget.run(draw, name, direction, coloured, always)
+    -- a machine whose drawing fails exists, too: the host must not report it as missing
+    return not ok or exists == true, ok and type(text) == "string" and text or ""
 end
 
 question("dependencies", "", function() return draw_dependencies(library.modules()) end)

@@ -1,12 +1,13 @@
 -- The globals of a skill string that is run as Lua (/skiller/mode: fawkes). Any client may send a skill string, so it gets
 -- no tables of skills and of this engine, only proxies. A proxy can be read and called; its values and results are
--- proxies again, and its arguments are copied. No change by a skill string outlives the skill string.
+-- proxies again, and its arguments are copied. A skill string cannot assign to fields of a proxy, and its own globals
+-- end with it.
 
 local core = ...
 local log, library, status = core.include("log"), core.include("library"), core.include("status")
 local interfaces, time, skillenv = core.include("interfaces"), core.include("time"), core.include("skillenv")
 
--- The maximum depth of tables in each other, in an argument
+-- The maximum depth of tables in each other, in an argument; chosen freely
 local DEEPEST = 50
 
 -- The object of a proxy, and the proxy of an object. The tables are weak: a proxy lives only as long as it is used.
@@ -73,6 +74,7 @@ end
 
 -- Skills: their names, documentation and calls
 
+-- The name of each skill by the table that a skill string calls
 local names = setmetatable({}, {__mode = "k"})
 
 local function callable(name)
@@ -125,13 +127,13 @@ local function make_common()
     return common
 end
 
--- The globals of all skill strings, with the number of skills for which they were made
-local common
+-- The globals that all skill strings see, with the number of skills for which they were made
+local shared
 
---- Make the globals of a skill string, which come before the globals of all skill strings.
+--- Make the globals of a skill string: a table of its own, which shows the shared globals until they are overridden.
 return function()
     local skills = skillenv.names()
-    if not common or common.count ~= #skills then common = {count = #skills, visible = make_common()} end
-    local visible = common.visible
+    if not shared or shared.count ~= #skills then shared = {count = #skills, visible = make_common()} end
+    local visible = shared.visible
     return setmetatable({}, {__index = function(_, name) return visible[name] end, __metatable = "locked"})
 end

@@ -7,6 +7,7 @@ local machines = core.include("hsm")
 
 local skillenv = {}
 
+-- The modules of the skills: in order of registration, and by the names of the skills
 local skills, by_name = {}, {}
 local exports = {
     SkillHSM = machines.SkillHSM,
@@ -55,6 +56,7 @@ function skillenv.get_failed_skills() return unpack(names_by_result.failed) end
 
 function skillenv.get_skill_module(skill)
     if type(skill) == "string" then return by_name[skill] end
+    -- as in Fawkes, a table with the function of a skill stands for the skill
     for _, module in ipairs(skills) do
         if module == skill or (type(skill) == "table" and rawequal(skill.wrapped_function, module.wrapped_function))
         then return module end

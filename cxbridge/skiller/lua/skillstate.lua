@@ -9,7 +9,7 @@ SkillJumpState.__index = SkillJumpState
 
 -- An entry of state.skills is {skill, table of arguments...}; resolve() replaces the name of a skill by its module.
 
-local function names(state, separator)
+local function join_names(state, separator)
     local list = {}
     for i, entry in ipairs(state.skills) do list[i] = entry[1].name end
     return table.concat(list, separator)
@@ -26,17 +26,17 @@ end
 -- The labels of the state's own transitions, which precede all other transitions.
 function SkillJumpState:set_transition_labels()
     local has_skills = #self.skills > 0
-    self.skill_names = names(self, ", ")
+    self.skill_names = join_names(self, ", ")
     if self.failure_transition then
-        self.failure_transition.description = has_skills and names(self, " or ") .. " failed" or "Skills failed"
+        self.failure_transition.description = has_skills and join_names(self, " or ") .. " failed" or "Skills failed"
     end
     local outcome = self.failure_transition and " succeeded" or " done"
-    self.final_transition.description = has_skills and names(self, " and ") .. outcome or "Skills succeeded"
+    self.final_transition.description = has_skills and join_names(self, " and ") .. outcome or "Skills succeeded"
     if has_skills then self.dotattr.comment = self.skill_names end
     self.fsm:mark_changed()
 end
 
-local function own_transition(state, target, condition, prefix, dotattr)
+local function add_own_transition(state, target, condition, prefix, dotattr)
     local transition = state:add_new_transition(target, condition)
     local hide = state["hide_" .. prefix .. "_transition"] or false
     assert(type(hide) == "boolean", string.format("Hide %s transition for %s not a boolean", prefix, state.name))
@@ -53,11 +53,11 @@ function SkillJumpState:new(definition)
     local state = JumpState.new(self, definition)
     state.skill_status = status.S_RUNNING
     local has_one_target = state.final_to == state.fail_to
-    state.final_transition = own_transition(
+    state.final_transition = add_own_transition(
         state, state.final_to, has_one_target and self.jumpcond_skill_done or self.jumpcond_skill_final, "final",
         state.fintrans_dotattr)
     if not has_one_target then
-        state.failure_transition = own_transition(
+        state.failure_transition = add_own_transition(
             state, state.fail_to, self.jumpcond_skill_failed, "failure", state.failtrans_dotattr)
     end
     state:set_transition_labels()

@@ -1,4 +1,4 @@
-"""A Lua 5.1 state with the skills of one skill space, and the bounds of its memory.
+"""A Lua 5.1 state with the skills of one skill space, and the limits of its memory.
 
 Lua gets functions that take and return plain values, no Python objects (:mod:`.host`). A reload makes a new
 state.
@@ -36,17 +36,15 @@ def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
 
 
 class LuaState:
-    """A Lua state with the engine's files, before any skill is loaded.
+    """A Lua state with the engine's files; :meth:`load` adds the skills.
 
-    :param memory: the maximum number of bytes of all Lua objects.
-    :param bounds: the other limits by name.
+    :param limits: the fields of :class:`~cxbridge.skiller.lua.limits.Limits` by name.
     :param make_host: gets the function that makes Lua tables; returns the host functions.
     """
 
     def __init__(
         self,
-        memory: int,
-        bounds: dict[str, Any],
+        limits: dict[str, Any],
         modules: ModulePath,
         make_host: Callable[[Callable[[Any], Any]], HostTable],
     ) -> None:
@@ -54,28 +52,28 @@ class LuaState:
 
         self.modules = modules
         lua = LuaRuntime(
-            encoding="latin-1",
-            unpack_returned_tuples=True,
+            encoding="latin-1",  # one character per byte, because Lua's strings are bytes
+            unpack_returned_tuples=True,  # host functions return several values
             register_eval=False,
             register_builtins=False,
             attribute_filter=_deny_attributes,
-            max_memory=memory,
+            max_memory=limits["memory"],
         )
         self._lua_error: type[Exception] = LuaError
         self._lua = lua
-        self._memory = memory
-        self._max_growth = bounds["memory_per_loop"]
+        self._memory = limits["memory"]
+        self._max_growth = limits["memory_per_loop"]
         runner = lua.execute(
             _read_sources()["boot"],
             lua.table_from(make_host(lua.table_from)),
             lua.table_from(_read_sources()),
-            lua.table_from(bounds),
+            lua.table_from(limits),
             name="@cxbridge/boot.lua",
         )
         self.functions: HostTable = {name: runner[name] for name in runner}
         """The functions of the runner, by name."""
 
-    def table(self, items: Any) -> Any:
+    def make_table(self, items: Any) -> Any:
         """Make a Lua table. Its texts must be in Lua's encoding."""
         return self._lua.table_from(items)
 

@@ -1,4 +1,5 @@
--- States that run other machines: SubFSMJumpState a single machine, MultiSubFSMJumpState several at once.
+-- States that run other machines: SubFSMJumpState runs a single machine, MultiSubFSMJumpState several machines at
+-- once.
 
 local core = ...
 local JumpState = core.include("jumpstate")
@@ -9,9 +10,9 @@ local function subclass()
     return class
 end
 
-local function in_exit(fsm) return fsm.current and fsm.current.name == fsm.exit_state end
+local function is_in_exit(fsm) return fsm.current and fsm.current.name == fsm.exit_state end
 
-local function in_fail(fsm) return fsm.current and fsm.current.name == fsm.fail_state end
+local function is_in_fail(fsm) return fsm.current and fsm.current.name == fsm.fail_state end
 
 local SubFSMJumpState = subclass()
 
@@ -29,9 +30,9 @@ function SubFSMJumpState:new(definition)
     return state
 end
 
-function SubFSMJumpState:jumpcond_fsm_done() return in_exit(self.subfsm) end
+function SubFSMJumpState:jumpcond_fsm_done() return is_in_exit(self.subfsm) end
 
-function SubFSMJumpState:jumpcond_fsm_failed() return in_fail(self.subfsm) end
+function SubFSMJumpState:jumpcond_fsm_failed() return is_in_fail(self.subfsm) end
 
 -- The entry tests only preconditions, because the inner machine has not run yet.
 function SubFSMJumpState:do_init()
@@ -85,14 +86,14 @@ end
 
 function MultiSubFSMJumpState:jumpcond_fsms_done()
     for _, fsm in pairs(self.subfsms) do
-        if not in_exit(fsm) then return false end
+        if not is_in_exit(fsm) then return false end
     end
     return true
 end
 
 function MultiSubFSMJumpState:jumpcond_fsms_failed()
     for _, fsm in pairs(self.subfsms) do
-        if in_fail(fsm) then return true end
+        if is_in_fail(fsm) then return true end
     end
     return false
 end
@@ -111,7 +112,7 @@ end
 function MultiSubFSMJumpState:do_loop()
     self:loop()
     for _, fsm in pairs(self.subfsms) do
-        if not in_exit(fsm) and not in_fail(fsm) then fsm:loop() end
+        if not is_in_exit(fsm) and not is_in_fail(fsm) then fsm:loop() end
         if fsm:changed() then self.fsm:mark_changed() end
     end
     for _, hook in ipairs(self.loops) do hook(self) end

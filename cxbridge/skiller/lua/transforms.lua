@@ -34,6 +34,7 @@ function tf:lookup_transform(target, second, third, source_time, fixed, into)
         return fill(into, target, third, checked(host.tf_lookup_via(
             target, microseconds(second), third, microseconds(source_time), fixed)))
     end
+    -- without a time, the third argument is the transform to fill
     local at = source_time and third
     fill(source_time or third, target, second, checked(host.tf_lookup(target, second, microseconds(at))))
 end
@@ -62,6 +63,7 @@ end
 tf.transform_point = transformer(function(transform, value) return transform * value end)
 tf.transform_pose = transformer(function(transform, value) return transform * value end)
 tf.transform_quaternion = transformer(function(transform, value)
+    -- the tolerance of Fawkes
     assert(math.abs(value:length2() - 1) <= 0.01, "Quaternion malformed, its length should be 1.0")
     return transform * value
 end)

@@ -47,15 +47,15 @@ function tfutils.transform6D(position, from, to)
         log.error("tfutils.transform6D: invalid input data: %s", geometry.type_of(position))
         return nil
     end
-    local ori, plain = position.ori, not tfutils.is_quaternion(position.ori)
-    if plain then ori = geometry.Quaternion:new(ori.x, ori.y, ori.z, ori.w) end
+    local ori, has_plain_ori = position.ori, not tfutils.is_quaternion(position.ori)
+    if has_plain_ori then ori = geometry.Quaternion:new(ori.x, ori.y, ori.z, ori.w) end
     local pose = geometry.Pose:new(ori, geometry.Vector3:new(position.x, position.y, position.z))
     local result = transform_pose("transform6D", pose, from, to)
     if not result then return nil end
     local origin, q = result:getOrigin(), result:getRotation()
     return {
         x = origin:x(), y = origin:y(), z = origin:z(),
-        ori = plain and {x = q:x(), y = q:y(), z = q:z(), w = q:w()} or q,
+        ori = has_plain_ori and {x = q:x(), y = q:y(), z = q:z(), w = q:w()} or q,
     }
 end
 
@@ -72,7 +72,7 @@ utilities.tfutils = tfutils
 
 local lines = {}
 
---- The centre between two points, turned towards the side from which the line is seen.
+--- The centre between the end points of a line, with the orientation of the bearing: from the robot towards the line.
 function lines.laser_lines_center(a, b, bearing)
     return {x = (a.x + b.x) / 2, y = (a.y + b.y) / 2, ori = library.math.normalize_mirror_rad(bearing)}
 end

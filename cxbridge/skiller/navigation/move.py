@@ -21,7 +21,7 @@ DEFAULT_SPEED = 0.22
 DEFAULT_TURN_SPEED = 2.84
 """The default speed of turning in radians per second, that of a TurtleBot3 Burger."""
 
-_TOLERANCE = 1e-6  # metres, or radians
+_TOLERANCE = 1e-6  # metres, or radians; far above the rounding errors of a base
 
 
 class Move(SkillExecutor):
@@ -32,6 +32,7 @@ class Move(SkillExecutor):
 
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
+        # in a graph of several parts, only the call for an unreachable place fails
         self.graph = load_navgraph(self.folder / str(self.setting("navgraph")), allow_multi_graph=True)
         if not self.graph.nodes:
             raise ConfigError("the navgraph has no nodes", file=self.folder / str(self.setting("navgraph")))
@@ -65,7 +66,10 @@ class Move(SkillExecutor):
         self._publish()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Drive to the nearest place, then along the path to the target."""
+        """Drive to the nearest place, then along the path to the target, and turn to its orientation.
+
+        :raises SkillError: if the place is missing in the call, unknown, or unreachable.
+        """
         target = self._find_node(call.text("to" if call.skill == "move" else "place"))
         path = self._find_path(target)
         length, spare_s = self._path_length(path), 0.0

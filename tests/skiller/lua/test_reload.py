@@ -35,7 +35,7 @@ class Skills:
     def __init__(self, folder: Path, files: dict[str, str], **more: Any) -> None:
         self.folder = write_skills(folder, files)
         self.rig = Rig()
-        self.skiller = self.rig.lua([folder], space="space", watch=ModuleWatch(interval=0), **more)
+        self.skiller = self.rig.lua([folder], space="space", watch=ModuleWatch(interval_s=0), **more)
         self.rig.forget()
 
     def change(self, **files: str) -> None:
@@ -129,7 +129,7 @@ def test_configuration_enables_watching_of_files(tmp_path: Path, text: str, watc
 
 def test_files_are_checked_after_interval(tmp_path: Path):
     now = 0.0
-    watch = ModuleWatch(interval=0.5, now=lambda: now)
+    watch = ModuleWatch(interval_s=0.5, now=lambda: now)
     path = ModulePath([write_skills(tmp_path, SPACE)])
     path.read("skills.tell")
     watch.follow(path)
