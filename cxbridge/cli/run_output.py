@@ -15,7 +15,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, Level, LogLine
 from cxbridge.history.failure_reasons import REASON_TYPES, FailureReasons, forget_oldest
 from cxbridge.history.outcome import ENDED_MODES, OutcomeKind, goal_outcome
-from cxbridge.history.tree import GoalLine, goal_title
+from cxbridge.history.tree import GoalLine, goal_title, latest_lines
 from cxbridge.mainloop import Hook
 from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.result import COMPLETED
@@ -184,7 +184,7 @@ class RunPrinter:
             self._print(line)
 
     def _format_result(self, result: RunResult) -> Iterator[str]:
-        for line in result.tree():
+        for line in latest_lines(result.tree()):
             yield self._format_tree_line(line) if isinstance(line, GoalLine) else one_line(line)
         for text in () if result.replay is None else result.replay.lines:
             yield one_line(text)

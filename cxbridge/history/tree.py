@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator
-from typing import Protocol, TypeVar
+from typing import Final, Protocol, TypeVar
 
 from msgspec import Struct
 
@@ -11,6 +11,10 @@ from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.outcome import OutcomeKind, goal_outcome
 
 Key = TypeVar("Key", bound=Hashable)
+Line = TypeVar("Line")
+
+# Rules that fire endlessly make thousands of goals, and the verdict after the tree must stay in sight.
+MAX_PRINTED_LINES: Final = 200
 
 
 class TreeGoal(Protocol):
@@ -114,6 +118,14 @@ def goal_lines(goals: Iterable[NamedGoal], *, show_modes: bool = False) -> Itera
         yield goal_line(
             branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, show_modes=show_modes
         )
+
+
+def latest_lines(lines: Iterable[Line]) -> Iterator[Line | str]:
+    """Yield the last :data:`MAX_PRINTED_LINES` lines of a tree, after the number of the earlier lines."""
+    printed_lines = list(lines)
+    if earlier_lines := printed_lines[:-MAX_PRINTED_LINES]:
+        yield f"({len(earlier_lines)} earlier lines of goals are not printed)"
+    yield from printed_lines[-MAX_PRINTED_LINES:]
 
 
 def draw_branches(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:

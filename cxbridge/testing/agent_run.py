@@ -20,6 +20,7 @@ from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTra
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, find_goals, goal_tree
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
+from cxbridge.history.tree import latest_lines
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indent_lines
 from cxbridge.run.agent import Run
@@ -322,7 +323,7 @@ class AgentRun(World, Closing):
     def describe(self) -> list[str]:
         """Return the goals, the skills and the end of the log as lines of text."""
         lines = [f"after {self.seconds:.2f} s, {self.assembly.loop.cycle_count} loops", "goals:"]
-        lines += [f"  {line}" for line in goal_tree(self._history.goals)]
+        lines += [f"  {line}" for line in latest_lines(goal_tree(self._history.goals))]
         if self._skills is not None and self._skills.calls:
             lines.append("skills:")
             lines += [
@@ -349,7 +350,10 @@ class AgentRun(World, Closing):
 
     def _add_goals(self, problem: str) -> str:
         """Return the text of an error with the time and the goals so far."""
-        lines = [f"{problem} ({self.seconds:.2f} s into the run)", *goal_tree(self._history.goals)]
+        lines = [
+            f"{problem} ({self.seconds:.2f} s into the run)",
+            *latest_lines(goal_tree(self._history.goals)),
+        ]
         return "\n".join(map(indent_lines, lines))
 
     def assert_golden(

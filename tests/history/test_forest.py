@@ -12,6 +12,7 @@ from cxbridge.events import GoalTransition
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.model import goal_forest, goal_tree
+from cxbridge.history.tree import latest_lines
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest, walk_goals
@@ -121,8 +122,11 @@ def test_view_shows_each_goal_once(view, shape: str) -> None:
 def test_goal_without_id_is_no_parent() -> None:
     assert parent_id("nil") is parent_id("") is None
     goals = selected("nil", "nil"), selected("a", "nil")
-    result = RunResult(0, "", "", goals, 0, 0, 0.0, 0.0)
-    assert result.goal_lines() == [
+    assert RunResult(0, "", "", goals, 0, 0, 0.0, 0.0).goal_lines() == [
         "nil (C): SELECTED",
         "a (C): SELECTED",
     ]
+
+
+def test_number_of_printed_lines_is_bounded() -> None:
+    assert [*latest_lines(range(203))] == ["(3 earlier lines of goals are not printed)", *range(3, 203)]
