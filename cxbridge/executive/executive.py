@@ -250,10 +250,9 @@ class Executive:
                 self.bus.emit(event)
 
         def follow_retraction(template: str, slots: dict[str, str]) -> None:
+            # a retraction within a `modify` is not the end of a goal, because a new fact of the goal follows
             tracker.record_retraction(template, slots, is_final=not self.env.maker.is_replacing)
 
-        # the retraction within a `modify` is not the end of a goal, because a new fact of the goal follows:
-        # `is_final` tells the tracker
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow_fact, slots)
         for template, slots in RELEASING_TEMPLATES.items():

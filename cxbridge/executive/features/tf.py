@@ -70,7 +70,7 @@ class TfFeature(Feature):
             self._publishers.clear()
 
     def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
-        from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415
+        from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415 - as in init_context
 
         if frame in self._publishers:  # a frame has one writer on the blackboard
             return _FAILED
@@ -92,8 +92,8 @@ class TfFeature(Feature):
         *,
         is_static: bool,
     ) -> Value:
-        from cxbridge.space.tf import StampedTransform, Transform  # noqa: PLC0415
-        from cxbridge.space.tf.geometry import quaternion_from_yaw  # noqa: PLC0415
+        from cxbridge.space.tf import StampedTransform, Transform  # noqa: PLC0415 - as in init_context
+        from cxbridge.space.tf.geometry import quaternion_from_yaw  # noqa: PLC0415 - as in init_context
 
         publisher = self._publishers.get(frame)
         if publisher is None:
@@ -107,7 +107,7 @@ class _TransformFunctions:
     """The functions that query transforms. They raise errors for wrong arguments and missing transforms."""
 
     def __init__(self, listener: TransformListener) -> None:
-        from cxbridge.space.tf import geometry  # noqa: PLC0415
+        from cxbridge.space.tf import geometry  # noqa: PLC0415 - as in init_context
 
         self._buffer = listener.buffer
         self._geometry = geometry

@@ -300,12 +300,9 @@ class ClipsEnvironment:
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
 
-        :returns: the index of the fact; None if CLIPS refuses it.
+        :returns: the index of the fact; None if CLIPS refuses it. CLIPS logs an error if the text is wrong.
         """
-        self.output.pause()
-        pointer = lib.AssertString(self.c_env, encode(fact))
-        self.output.resume()
-        return _fact_index(pointer)
+        return _fact_index(lib.AssertString(self.c_env, encode(fact)))
 
     def retract(self, index: int) -> bool:
         """Retract a fact by index; return whether the fact existed."""

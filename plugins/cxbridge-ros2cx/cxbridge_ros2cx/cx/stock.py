@@ -16,7 +16,7 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import Clips630Functions
@@ -163,14 +163,6 @@ class StockEnvironment(ClipsEnvironment):
             self.api.clear_halt()
             raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(error_text.split())}")
         return to_python(value)
-
-    def assert_string(self, fact: str) -> int | None:
-        """Assert a fact in CLIPS syntax; CLIPS prints the fact if facts are watched.
-
-        :returns: the index of the fact; None if CLIPS rejects the fact.
-        """
-        pointer = lib.AssertString(self.c_env, encode(fact))
-        return None if pointer == NULL else int(lib.FactIndex(pointer))
 
     def fire(self, limit: int = -1, fired_before: int = 0) -> int:
         """Fire rules of a run in chunks; an evaluation error and ``(halt)`` end the run.
