@@ -64,6 +64,7 @@ class SkillerCall(Closing):
     :param steal: take control even from another client.
     :param on_status: called with each status of the skill string and the Skiller's error.
     :raises SkillerError: if the Skiller does not exist.
+    :raises BlackBoardError: if the interface cannot be opened.
     """
 
     def __init__(
@@ -90,6 +91,7 @@ class SkillerCall(Closing):
         """Execute a skill string until it ends; stop it after the timeout.
 
         :param timeout_s: seconds of real time; None: no limit.
+        :raises BlackBoardError: if a message cannot be sent.
         """
         result = self._run_steps(self._execution_steps(skill_string), Deadline(timeout_s))
         if result is None:
@@ -101,6 +103,7 @@ class SkillerCall(Closing):
         """Execute a skill string without blocking: yield as long as the skill string runs.
 
         :returns: the result.
+        :raises BlackBoardError: if a message cannot be sent.
         """
         steps = self._execution_steps(skill_string)
         try:
@@ -121,6 +124,7 @@ class SkillerCall(Closing):
         :meth:`close` releases control, but does not stop the skill string.
 
         :raises SkillerError: if another client has control, or the Skiller does not grant control.
+        :raises BlackBoardError: if a message cannot be sent.
         """
         refusal = self._run_steps(self._control_steps(), Deadline(None))
         if refusal:
@@ -129,7 +133,10 @@ class SkillerCall(Closing):
         return _send(self._interface, "ExecSkillMessage", skill_string=skill_string)
 
     def stop(self) -> None:
-        """Stop the skill string."""
+        """Stop the skill string.
+
+        :raises BlackBoardError: if the message cannot be sent.
+        """
         self._is_running = False
         _send(self._interface, "StopExecMessage")
 

@@ -30,7 +30,7 @@ SKILL_SPACE = "/skiller/skillspace"
 """The configuration key of the skill space."""
 
 DEFAULT_SPACE = "test"
-"""The default skill space."""
+"""The skill space without a configured one, that of Fawkes' shipped configuration."""
 
 FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
 """The folder of interface definitions in a Fawkes checkout."""
