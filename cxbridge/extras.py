@@ -46,10 +46,10 @@ def requirements_by_extra(package: str = CORE) -> Mapping[str, Sequence[str]]:
     except metadata.PackageNotFoundError:
         return {}
     for requirement in requirements:
-        name, _, marker = requirement.partition(";")
+        specifier, _, marker = requirement.partition(";")
         extra = _EXTRA_MARKER.search(marker)
         if extra is not None and extra[1] != _DEV_EXTRA:
-            by_extra.setdefault(extra[1], []).append(name.strip())
+            by_extra.setdefault(extra[1], []).append(specifier.strip())
     return by_extra
 
 
@@ -147,7 +147,7 @@ def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
         for requirement in metadata.requires(package) or []:
             specifier, _, marker = requirement.partition(";")
             name, extra = _PACKAGE_NAME.match(specifier), _EXTRA_MARKER.search(marker)
-            is_match = name is not None and module and _module_name(name[0]) == module.lower()
+            is_match = name is not None and _module_name(name[0]) == module.lower()
             if is_match and (extra is None or extra[1] != _DEV_EXTRA):
                 hint = plugin_command(package) if extra is None else install_command(extra[1], package)
                 return CxbridgeError(f"the package '{module}' is not installed", hint=hint)
@@ -161,7 +161,7 @@ def _cxbridge_packages() -> list[str]:
     # an installation that was broken off has no name
     return [
         CORE,
-        *sorted({each.name for each in metadata.distributions() if f"{each.name}".startswith(f"{CORE}-")}),
+        *sorted({dist.name for dist in metadata.distributions() if f"{dist.name}".startswith(f"{CORE}-")}),
     ]
 
 
@@ -170,6 +170,7 @@ def _module_name(package: str) -> str:
 
 
 def _is_installed(requirement: str) -> bool:
+    """Return whether a package is installed in any version, and the extra of a plug-in, too."""
     from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
 
     name, plugin = _PACKAGE_NAME.match(requirement), _PLUGIN_REQUIREMENT.match(requirement)

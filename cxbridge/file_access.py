@@ -38,7 +38,7 @@ def file_errors() -> Iterator[None]:
 
 
 def is_readable_file(path: str | Path) -> bool:
-    """Return whether a path is a readable regular file; opening a pipe might block forever."""
+    """Return whether a path is a readable regular file, so that opening it cannot block as a pipe can."""
     return not why_unreadable(path)
 
 
@@ -63,18 +63,22 @@ def why_unreadable(path: str | Path) -> str:
 def replaced_file(path: str | Path) -> Iterator[Path]:
     """Yield a path for a new file or folder, which replaces ``path`` at the end of the block.
 
-    The folder of ``path`` is made if there is none. After an error, the new file is removed and ``path`` is
-    unchanged. The yielded path has the same name. If ``path`` exists, the yielded path exists, too, but is
-    empty. The new files of a folder are moved into the old folder. Devices and pipes are written directly, as
-    are files in folders that allow no new files.
+    The folder of ``path`` is made if there is none. The yielded path has the name of ``path``, or of the
+    target if ``path`` is a link. If ``path`` exists, the yielded path exists, too, but is empty. After an
+    error in the block, the new file is removed and ``path`` is unchanged. The new files of a folder are moved
+    into the old folder.
 
-    :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
+    Devices and pipes, and files in folders that allow no new files, are written directly: ``path`` itself is
+    yielded.
+
+    :raises CxbridgeError: instead of an OSError about this file. Errors of the block about the yielded path
+        name ``path``.
     """
     path = make_parent_folder(Path(path))
     target = path
     try:
         target = Path(os.path.realpath(path))
-        folder = _temporary_folder(target)
+        folder = _make_temporary_folder(target)
         if folder is None:
             yield path
             return
@@ -110,9 +114,9 @@ def make_parent_folder(file: Path) -> Path:
 
 
 def write_file(path: str | Path, content: str | bytes) -> None:
-    r"""Write a whole file; after an error the old file is unchanged.
+    """Write a whole file as in :func:`replaced_file`: after an error, the old file is unchanged.
 
-    :param content: a text is written in UTF-8 with line ends ``\n``.
+    :param content: a text is written in UTF-8 with its own line ends; lone surrogates are escaped.
     :raises CxbridgeError: if the file cannot be written.
     """
     encoded = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
@@ -120,7 +124,7 @@ def write_file(path: str | Path, content: str | bytes) -> None:
         new_path.write_bytes(encoded)
 
 
-def _temporary_folder(target: Path) -> Path | None:
+def _make_temporary_folder(target: Path) -> Path | None:
     """Create a temporary folder next to a file or within a folder; None to write directly."""
     if target.exists() and not target.is_file() and not target.is_dir():
         return None

@@ -19,16 +19,18 @@ from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 HOST_LIBRARY = CORE_DIR / "host"
-"""cxbridge's utils.clp, time.clp, path.clp ..., which each environment loads first."""
+"""The folder of cxbridge's utils.clp, time.clp and path.clp, which environments load first by default."""
 
+# in the order in which Fawkes loads these files
 _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
 
 
 class _ManagedEnvironment(Struct):
     """An environment with its features.
 
-    :param features: the features by name, in the order of their requests.
-    :param functions: the functions by feature.
+    :param features: the loaded features by name; a feature that another one requests while it loads comes
+        first.
+    :param functions: the names of the functions by feature.
     """
 
     environment: ClipsEnvironment
@@ -39,7 +41,8 @@ class _ManagedEnvironment(Struct):
 class FeatureInfo(Struct, frozen=True):
     """A feature and its environments.
 
-    :param origin: the Python class, or the description of a plug-in that is not loaded.
+    :param origin: the Python class; for a feature that is not imported, module and plug-in, empty for
+        cxbridge's features.
     :param environments: the names of the environments that have loaded the feature.
     """
 
@@ -113,7 +116,9 @@ class EnvironmentManager:
         return managed
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
-        """Offer a feature to environments that are created later.
+        """Make a feature available to all environments.
+
+        Only environments that are created later get the fact ``ff-feature``.
 
         :raises ClipsError: if the name exists.
         """
@@ -142,6 +147,7 @@ class EnvironmentManager:
         self.add_environment(env)
         env.define("ff-feature-request", lambda feature: self.request(name, feature), 1, types="*;sy")
         env.watcher.set_hooks()
+        # the facts hold now, the deffacts restores them after a reset
         for feature in self.features:
             env.assert_string(f"(ff-feature {feature})")
         env.build(_deffacts_text("ff-features-available", "ff-feature", self.features))
@@ -189,11 +195,11 @@ class EnvironmentManager:
         return TRUE
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
-        """Return the features of an environment, sorted."""
+        """Return the names of the loaded features of an environment, sorted."""
         return tuple(sorted(self._managed_environments[name].features))
 
     def feature_functions(self, name: str) -> dict[str, frozenset[str]]:
-        """Return the functions of an environment by feature."""
+        """Return the names of an environment's functions by feature."""
         return dict(self._managed_environments[name].functions)
 
     def before_run(self, name: str) -> None:

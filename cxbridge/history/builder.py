@@ -60,6 +60,8 @@ _Change = TypeVar("_Change", GoalChange, ActionChange)
 class HistoryLimits:
     """The limits of a history, which omits the events beyond them.
 
+    The default limits bound the memory of long runs; their numbers are chosen freely.
+
     :param max_goals: the maximum number of goals.
     :param max_actions: the maximum number of plan-actions.
     :param max_calls: the maximum number of calls of skills, and of planners.
@@ -97,16 +99,16 @@ class RunHistory:
         self.planner_calls: list[PlannerExecution] = []
         self._limits = limits or HistoryLimits()
         # the last life of each goal and plan-action, by environment and id
-        self._goals: dict[tuple[str, str], GoalRecord] = {}
-        self._actions: dict[tuple[str, ActionKey], PlanActionRecord] = {}
+        self._last_goals: dict[tuple[str, str], GoalRecord] = {}
+        self._last_actions: dict[tuple[str, ActionKey], PlanActionRecord] = {}
         self._assignments: dict[tuple[str, ActionKey], ActionAssignment] = {}
-        self._calls: list[SkillExecution] = []
+        self._skiller_calls: list[SkillExecution] = []
         # by environment and Skiller; None: the Skiller has executed no skill in this run
         self._last_calls: dict[tuple[str, str], SkillExecution | None] = {}
         self._read_skillers: set[str] = set()  # Skillers that an executive reads
         self._board_executions = BoardExecutions(self._limits.max_calls)
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
-        self._errors_by_skiller: dict[str, str] = {}  # last texts; in a team AGENT/SKILLER
+        self._errors_by_skiller: dict[str, str] = {}  # the last text by Skiller, in a team by AGENT/SKILLER
         self._transition_count = 0
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,
@@ -145,8 +147,10 @@ class RunHistory:
     def calls(self) -> list[SkillExecution]:
         """The executed skills in order."""
         # a Skiller and the skill board that serves this Skiller report the same skills, which must count once
-        has_skiller_calls = self._calls and (self._read_skillers or not self._board_executions.calls)
-        return self._calls if has_skiller_calls else self._board_executions.calls
+        has_skiller_calls = bool(self._skiller_calls) and (
+            bool(self._read_skillers) or not self._board_executions.calls
+        )
+        return self._skiller_calls if has_skiller_calls else self._board_executions.calls
 
     @property
     def _moment(self) -> Moment:
@@ -156,7 +160,7 @@ class RunHistory:
         if event.is_unnamed:
             return
         key = event.env, event.goal
-        former_goal = self._goals.get(key)
+        former_goal = self._last_goals.get(key)
         goal = None if event.is_new else former_goal  # a new goal may reuse an id
         if goal is None:
             if len(self.goals) >= self._limits.max_goals:
@@ -171,7 +175,7 @@ class RunHistory:
                 event.sub_type,
                 life=1 if former_goal is None else former_goal.life + 1,
             )
-            self._goals[key] = goal
+            self._last_goals[key] = goal
             self.goals.append(goal)
         goal.goal_class, goal.sub_type = event.goal_class, event.sub_type
         self._append_change(
@@ -187,7 +191,7 @@ class RunHistory:
 
     def _handle_action(self, event: PlanActionTransition) -> None:
         key = event.env, (event.goal, event.plan, event.action_id)
-        action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
+        action, goal = self._last_actions.get(key), self._last_goals.get((event.env, event.goal))
         if action is None or self._is_new_action(action, goal, event):
             if len(self.actions) >= self._limits.max_actions:
                 return
@@ -199,7 +203,7 @@ class RunHistory:
             # the assignment may belong to the previous plan-action with these ids
             event_arguments = split_fields(event.params[1:-1])  # without parentheses
             action.assignment = ActionAssignment(assignment.skiller, event_arguments or assignment.arguments)
-            self._actions[key] = action
+            self._last_actions[key] = action
             self.actions.append(action)
             if goal is not None:
                 goal.actions.append(action)
@@ -245,6 +249,10 @@ class RunHistory:
         self._record_status(key, event)
 
     def _record_status(self, key: tuple[str, str], event: SkillStatus) -> None:
+        """End, continue or start a call, depending on the Skiller's last call.
+
+        :param key: environment and Skiller.
+        """
         skill_string, moment = truncate(event.skill_string, self._limits.max_text_length), self._moment
         if key not in self._last_calls and event.status in SKILL_ENDED:
             self._last_calls[key] = SkillExecution(
@@ -252,21 +260,21 @@ class RunHistory:
             )
             return  # a Skiller that was used before this run still shows its last skill: no call of this run
         call = self._last_calls.setdefault(key, None)
-        is_same = call is not None and (call.skill_string, call.msgid) == (skill_string, event.msgid)
-        if call is not None and call.end is None and (not is_same or event.status != SKILL_RUNNING):
+        is_last_call = call is not None and (call.skill_string, call.msgid) == (skill_string, event.msgid)
+        if call is not None and call.end is None and (not is_last_call or event.status != SKILL_RUNNING):
             # the skill has ended; or the Skiller shows another skill or none, because the skill was stopped
             # before it reported an end
             call.end = moment
-            call.status = event.status if is_same and event.status != SKILL_IDLE else "stopped"
+            call.status = event.status if is_last_call and event.status != SKILL_IDLE else "stopped"
             if call.status in SKILL_ENDED:
                 call.error = self._find_error_text(*key)
-            if is_same:
+            if is_last_call:
                 return
-        if event.status == SKILL_RUNNING and not (is_same and call is not None and call.end is None):
+        if event.status == SKILL_RUNNING and not (is_last_call and call is not None and call.end is None):
             self._register_call(
                 key, SkillExecution(*key, skill_string, event.msgid, moment, None, SKILL_RUNNING)
             )
-        elif event.status in SKILL_ENDED and skill_string and not is_same:
+        elif event.status in SKILL_ENDED and skill_string and not is_last_call:
             # started and ended between two reads of the executive
             error = self._find_error_text(*key)
             self._register_call(
@@ -276,8 +284,8 @@ class RunHistory:
     def _register_call(self, key: tuple[str, str], call: SkillExecution) -> None:
         """Register a call as the last call of its Skiller."""
         self._last_calls[key] = call
-        if len(self._calls) < self._limits.max_calls:
-            self._calls.append(call)
+        if len(self._skiller_calls) < self._limits.max_calls:
+            self._skiller_calls.append(call)
 
     def _handle_write(self, event: InterfaceWrite) -> None:
         interface_type, _, name = event.uid.partition("::")
@@ -292,6 +300,7 @@ class RunHistory:
             and isinstance(msgid, int)
             and {"skill_string", "status"} <= values.keys()
         ):
+            # a running program has an enum item, a recording its name
             status = getattr(values["status"], "name", str(values["status"]))
             env = name.rpartition("/")[0]
             self._record_status(
@@ -307,8 +316,8 @@ class RunHistory:
         """Record a Skiller's error text, which may follow the end of the skill at the same time."""
         self._errors_by_skiller[skiller] = text
         for (env, name), call in self._last_calls.items():
-            end = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
-            if call is not None and end is not None and end.time == self.end and not call.error:
+            has_ended_now = call is not None and call.end is not None and call.end.time == self.end
+            if call is not None and has_ended_now and skiller in (name, f"{env}/{name}") and not call.error:
                 call.error = text
 
     def _handle_fact(self, event: FactChange) -> None:
@@ -325,7 +334,7 @@ class RunHistory:
         if len(self._assignments) < self._limits.max_actions:
             self._assignments[env, key] = assignment
             # the event of the action has no arguments if the run was recorded without parameters
-            if (action := self._actions.get((env, key))) is not None and not action.params:
+            if (action := self._last_actions.get((env, key))) is not None and not action.params:
                 action.assignment = assignment
 
     def _handle_planner_call(self, event: PlannerCall) -> None:

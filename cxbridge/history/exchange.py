@@ -28,7 +28,7 @@ _EXECUTOR: Final = "SkillExecutorInterface::"
 _REQUEST: Final = "RequestMessage"
 _REFUSED: Final = "refused"
 MAPPED_ACTION: Final = "mapped_action"
-"""The parameter with the mapped skill string of an action."""
+"""The name of the parameter with the mapped skill string of an action."""
 
 
 def message_agent(event: InterfaceMessage) -> str:
@@ -53,8 +53,11 @@ class SkillMessage:
     :param time_us: the time of sending, in microseconds since the epoch.
     :param type: ``REQUEST``, ``RESPONSE``, ``CONFIRM``, ``REJECT``, ``FEEDBACK``, ``FINISH`` or ``CANCEL``.
     :param node_id: the master's name in REQUEST, else the executor's.
+    :param action: the skill.
     :param request: the name of the executive's request, or the number of its master.
     :param params: the values of the parameters in order; ``NAME=VALUE`` for parameters with names.
+    :param agent_id: the agent that the skill is for; empty for none.
+    :param mapped_action: the mapped skill string of the action; empty without one.
     :param status: the text of FEEDBACK and FINISH.
     :param success: whether FINISH reports a success.
     :param progress: the progress in FEEDBACK and FINISH, from 0 to 1.
@@ -67,6 +70,7 @@ class SkillMessage:
     params: tuple[str, ...]
     agent_id: str
     mapped_action: str
+    # the request only links a message to its call and its plan-action: equal messages may differ in it
     request: str = field(default="", compare=False)
     status: str = ""
     success: bool = False
@@ -102,7 +106,7 @@ class ExchangeReader:
         self._early_replies: dict[_Ticket, list[InterfaceMessage]] = {}
 
     def read(self, events: Iterable[Event]) -> Iterator[_MasterMessage]:
-        """Yield each message with the name of its master."""
+        """Yield each message with the name of its master. Refused messages are left out."""
         for event in events:
             if isinstance(event, InterfaceMessage):
                 yield from self.read_message(event)
@@ -169,7 +173,7 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
     """
     try:
         parameters = json.loads(str(values.get("parameters", "")))
-    except (ValueError, RecursionError):
+    except (ValueError, RecursionError):  # a recording may contain any text
         parameters = {}
     if not isinstance(parameters, dict):
         parameters = {}
@@ -191,7 +195,7 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
 
 
 def _read_report_fields(message_type: str, values: Any) -> dict[str, Any]:
-    """Return status, success and progress of a message."""
+    """Return status, success and progress of FEEDBACK or FINISH; empty for other messages."""
     if message_type == "FEEDBACK":
         return {"status": str(values.get("text", "")), "progress": read_progress(values)}
     if message_type != "FINISH":
@@ -206,7 +210,7 @@ def _read_report_fields(message_type: str, values: Any) -> dict[str, Any]:
 
 
 def read_progress(values: Any) -> float:
-    """Return the progress of a message, 0 if the value is not a number."""
+    """Return the progress of a message; 0 if the value is not a number."""
     value = values.get("progress", 0.0)
     return float(value) if isinstance(value, int | float) else 0.0
 

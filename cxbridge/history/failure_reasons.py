@@ -21,7 +21,7 @@ MAX_LOOKUPS: Final = 100
 """The maximum number of lookups of facts in a run, as each iterates over all facts of a deftemplate."""
 
 MAX_FAILURES: Final = 1000
-"""The maximum number of remembered goals and actions; the oldest are dropped."""
+"""The maximum number of failures in each table, which bounds the memory; the oldest is dropped."""
 
 _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
@@ -33,7 +33,7 @@ SlotReader = Callable[[str], Iterable[Mapping[str, object]]]
 
 
 class FailureReasons:
-    """The latest failures below each goal of an environment.
+    """The reasons of failed goals of an environment: the latest failures below each goal.
 
     :param read_slots: reads facts; called while an event of this environment is processed.
     """
@@ -63,7 +63,7 @@ class FailureReasons:
                     self._failed_sub_goals.pop(event.goal, None)
 
     def find_failure_reason(self, goal: GoalTransition) -> str:
-        """Return why a goal that just ended has failed, or an empty text."""
+        """Return why a goal that just ended has failed or was rejected; empty if no reason is known."""
         if goal.outcome not in _FAILURE_OUTCOMES:
             return ""
         action = self._failed_actions.get(goal.goal)

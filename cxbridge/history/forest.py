@@ -24,7 +24,8 @@ def parent_id(slot_value: str) -> str | None:
 class Forest(Generic[Key]):
     """Goals as trees; in a ring of parents the goal that appeared first becomes a root.
 
-    :param parents: the value of each goal's slot, which may be an unknown goal, or form rings.
+    :param parents: the parent in each goal's slot; None for a root. The parents may be unknown goals, or form
+        rings.
     :ivar parents: the parent of each goal in the trees; None for a root.
     :ivar roots: the goals without a parent, in order.
     :ivar children: the sub-goals in order, by goal; goals without sub-goals are omitted.

@@ -24,9 +24,12 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import Moment, PlanActionRecord, SkillExecution
 from cxbridge.history.transitions import NOT_SENT
 
+# the character after the name in NAME{...}, NAME(...) and NAME ARGUMENTS
 _SKILL_NAME_END = re.compile(r"[\s({]")
 
 WAITING_STATES = frozenset({"PENDING", "WAITING"})
+"""The states in which a plan-action waits for its skill to run."""
+
 _RUNNING_STATE = "RUNNING"
 
 MAX_END_GAP_US = 100_000

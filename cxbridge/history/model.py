@@ -26,7 +26,7 @@ DONE_STATES: Final = ("FINAL", "FAILED")
 PLAN_ACTION: Final = "plan-action"
 """The deftemplate of plan-actions."""
 
-# the statuses of Skillers in events
+# the statuses of Skillers in events, as in Fawkes' SkillerInterface
 SKILL_IDLE: Final = "S_INACTIVE"
 SKILL_RUNNING: Final = "S_RUNNING"
 SKILL_FINAL: Final = "S_FINAL"
@@ -78,7 +78,7 @@ class ActionChange(NamedTuple):
 class SentCall(NamedTuple):
     """A recorded message by which a plan-action was sent.
 
-    :param seq: the first transition that names the message.
+    :param seq: the seq of the first transition that names the message.
     :param skiller: the id of the SkillerInterface, empty for a skill board.
     :param call: the id of the message, or the name of the request on the skill board.
     """
@@ -131,8 +131,8 @@ class GoalRecord:
     @property
     def last_actions(self) -> list[PlanActionRecord]:
         """The plan-actions of the present attempt: a goal may be tried again with another plan."""
-        first_seq = self.former_seq
-        return [action for action in self.actions if action.changes[-1].seq >= first_seq]
+        former_seq = self.former_seq
+        return [action for action in self.actions if action.changes[-1].seq >= former_seq]
 
     @property
     def parent(self) -> str:
@@ -235,6 +235,7 @@ class PlanActionRecord:
 
     :param number: the index of the plan-action in :attr:`~cxbridge.history.builder.RunHistory.actions`.
     :param goal: the id of its goal.
+    :param goal_record: the life of its goal; None if the goal was not recorded.
     :param plan: the id of its plan.
     :param assignment: updated by the last fact of the action.
     :param sent_calls: the messages that sent the plan-action, empty if they are not recorded.
@@ -275,6 +276,7 @@ class SkillExecution:
 
     :param begin: the moment of the first status.
     :param end: the moment of the last status; None if the skill runs.
+    :param status: the last status of the Skiller, or ``stopped`` for a skill that ended without a report.
     :param request: the name or number of the request on a skill board, empty for a Skiller.
     """
 
@@ -322,7 +324,10 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
 
 
 def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
-    """Return the number of the parent, in the life that existed when the goal got this parent."""
+    """Return the number of the parent, in the life that existed when the goal got this parent.
+
+    None for a root, and for a parent that was not recorded.
+    """
     parent = parent_id(goal.parent)
     parents = () if parent is None else lives.get((goal.env, parent), ())
     # the first of the last changes with the present parent
@@ -335,7 +340,7 @@ def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[Go
 
 
 def find_goals(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
-    """Return the goals that a name denotes, in order.
+    """Return the goals that a name denotes, in order; empty if there are none.
 
     :param name: an id, which may have several lives; ``ID#2``, one of the lives; a class; ``CLASS#2``, one of
         the goals of a class; or the start of ids.

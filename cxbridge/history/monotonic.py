@@ -5,11 +5,14 @@ from __future__ import annotations
 from cxbridge.clock import MICROSECONDS
 
 MIN_SETBACK_US = MICROSECONDS
-"""A larger step back means that the clock was set back, a smaller step that events overtook each other."""
+"""A larger step back means that the clock was set back, a smaller step that events overtook each other.
+
+The value is chosen freely.
+"""
 
 
 class MonotonicClock:
-    """Converts times of events into non-decreasing microseconds since the first event.
+    """Converts times of events into non-decreasing microseconds since the start of the run.
 
     If the clock is set back, time continues from its previous value. An event slightly before its predecessor
     gets the predecessor's time.
@@ -19,9 +22,9 @@ class MonotonicClock:
 
     def __init__(self, start_us: int | None = None) -> None:
         self.now_us = 0
-        """The time of the last event."""
-        self.first_us = start_us
-        """The clock at the start of the run."""
+        """The time of the last event, in microseconds since the start of the run."""
+        self.start_us = start_us
+        """The clock at the start of the run; None before the first event if the start is not known."""
         self.setbacks: list[tuple[int, int]] = []
         """The times, on this clock, at which the clock was set back, and by how many microseconds."""
         self._offset_us = start_us or 0
@@ -31,8 +34,8 @@ class MonotonicClock:
 
         :param time_us: the time of the event on the clock of the run.
         """
-        if self.first_us is None:
-            self.first_us = self._offset_us = time_us
+        if self.start_us is None:
+            self.start_us = self._offset_us = time_us
         elapsed_us = time_us - self._offset_us
         if elapsed_us < self.now_us - MIN_SETBACK_US:
             self.setbacks.append((self.now_us, self.now_us - elapsed_us))
@@ -42,7 +45,7 @@ class MonotonicClock:
         return self.now_us
 
     def describe_setbacks(self) -> list[str]:
-        """Return a warning for the user if the clock was set back."""
+        """Return a list of one warning for the user; empty if the clock was never set back."""
         if not self.setbacks:
             return []
         at_us, setback_us = self.setbacks[0]

@@ -32,7 +32,7 @@ class OutcomeKind(Enum):
         self.tone = tone
 
 
-LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in OutcomeKind)
+LEGEND: Final = " ".join(f"{kind.icon} {kind.word}" for kind in OutcomeKind)
 """The meanings of the icons."""
 
 ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
@@ -62,7 +62,7 @@ _SKILL_OUTCOMES: Final = {
 
 
 def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
-    """Return the outcome of a goal with these slots."""
+    """Return the outcome of a goal with these slots; an ended goal with another outcome is RETRACTED."""
     if mode in ENDED_MODES:
         return _GOAL_OUTCOMES.get(outcome, OutcomeKind.RETRACTED)
     # only a dispatched goal is executed; in the earlier modes a goal waits for the executive
@@ -75,7 +75,7 @@ def action_outcome(state: str) -> OutcomeKind:
 
 
 def skill_outcome(status: str) -> OutcomeKind:
-    """Return the outcome of a skill call with this status of its Skiller."""
+    """Return the outcome of a skill call with this status of its Skiller; FORMULATED for other statuses."""
     return _SKILL_OUTCOMES.get(status, OutcomeKind.FORMULATED)
 
 

@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 _DECIMALS: Final = 3  # of times in plan files
-# START: (NAME ARGUMENT...) [DURATION]; possessive quantifiers bound the time for any text
+# START: (NAME ARGUMENT...) [DURATION]; possessive quantifiers bound the time for any text. A bracket after
+# the duration is accepted since plan files of programs such as LPG are read.
 _ACTION_PATTERN: Final = re.compile(
     r"\s*+(?:([^\s():]++)\s*+:)?\s*+\(\s*+([^\s()]++)([^()]*+)\)\s*+(?:\[\s*+([^\s\]]++)\s*+\]\s*+\)?\s*+)?"
 )
@@ -37,11 +38,11 @@ class PlannedAction(NamedTuple):
         return text if self.duration is None else f"{text} [{_format_seconds(self.duration)}]"
 
 
-def _format_seconds(value: float) -> str:
-    """Return a time with the three decimals of plan files, or more decimals if the time has more."""
-    # rounding could swap the order of two times
-    text = f"{value:.9f}".rstrip("0")
-    return text if len(text.partition(".")[2]) > _DECIMALS else f"{value:.3f}"
+def _format_seconds(time_s: float) -> str:
+    """Return a time with the three decimals of plan files, or up to nine decimals if the time has more."""
+    # rounding to three decimals could swap the order of two times; floats have noise after many decimals
+    text = f"{time_s:.9f}".rstrip("0")
+    return text if len(text.partition(".")[2]) > _DECIMALS else f"{time_s:.{_DECIMALS}f}"
 
 
 def plan_text(actions: Iterable[PlannedAction]) -> str:

@@ -1,7 +1,7 @@
 """Derives transitions from assertions of goals, plan-actions and Skillers.
 
-CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal do not change its
-state.
+Each ``modify`` retracts a fact and asserts a new one, even if no slot of the state is modified. So most
+assertions of a goal do not change its state.
 
 :class:`TransitionTracker` compares with the last state and reports changes. The live executive and the reader
 of text logs use the same tracker, so a run and its log have equal transitions.
@@ -46,7 +46,7 @@ RELEASING_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
 """The deftemplates, with the slots, whose retractions release memory of the tracker."""
 
 MAX_RETIRED: Final = 1000
-"""The maximum number of remembered retracted facts; the oldest is dropped."""
+"""The maximum number of retracted facts, and of messages, in each table; the oldest is dropped."""
 
 Key = TypeVar("Key")
 State = TypeVar("State")
@@ -77,6 +77,7 @@ class _LastStates(Generic[Key, State]):
 
     def __init__(self) -> None:
         self._states: dict[Key, State] = {}
+        # the keys of retracted facts, the oldest first, with whether the retraction is final
         self._retired_keys: dict[Key, bool] = {}
         self.is_first = False
         """Whether the last key had no fact before, or only a finally retracted fact."""
@@ -124,7 +125,10 @@ class TransitionTracker:
         self._last_retracted = ""  # the goal that the last change retracted, else empty
 
     def __len__(self) -> int:
-        """Return the number of remembered states; it grows only with the number of facts."""
+        """Return the size of the tracker's memory, which grows only with the number of facts.
+
+        The size is the number of remembered states; the state of a retracted fact counts twice.
+        """
         return len(self._goals) + len(self._actions)
 
     def track_assertion(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
@@ -140,6 +144,7 @@ class TransitionTracker:
             if template == "SkillerInterface":
                 return self.read_skiller_status(time_us, slots)
             if template == "skill":
+                # the CLIPS Executive for ROS 2 of 2021 has no slot msgid: the id names the message
                 _store_newest(
                     self._msgid_by_skill, (slots["id"], _skiller_id(slots)), slots.get("msgid", slots["id"])
                 )
@@ -181,7 +186,7 @@ class TransitionTracker:
     def record_retraction(self, template: str, slots: Mapping[str, str], *, is_final: bool = False) -> None:
         """Record the retraction of a fact of `RELEASING_TEMPLATES`, whose state is dropped later.
 
-        :param is_final: whether no ``modify`` asserts the fact again with other slots.
+        :param is_final: whether no ``modify`` asserts the goal again with other slots.
         """
         with suppress(KeyError):  # a foreign deftemplate
             if template == "goal":

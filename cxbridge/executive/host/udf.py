@@ -1,7 +1,9 @@
 """Python functions in CLIPS (user-defined functions, UDFs).
 
 A UDF gets its arguments as Python values (:mod:`cxbridge.executive.host.values`) with multifields intact.
-CLIPS checks number and types of arguments, already while parsing a construct.
+CLIPS checks the number of arguments, and the types of literal arguments while it parses a construct. It does
+not check the types of computed arguments. If a call fails, its error names the first argument of a wrong
+type.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from cxbridge.executive.host.values import (
 )
 
 UNBOUNDED = 65535
-"""A ``maximum`` without limit."""
+"""A ``maximum`` without limit: the constant of the same name in CLIPS."""
 
 _ALL_BITS = (1 << 10) - 1  # accept arguments of any type
 
@@ -73,6 +75,8 @@ class UdfTable:
     def signature(self, name: str) -> tuple[int, int, str, str]:
         """Return minimum and maximum number of arguments, types and documentation of a function.
 
+        The documentation is the docstring; empty without a docstring.
+
         :raises KeyError: if the function is unknown.
         """
         function = self._function_cells[name][0]
@@ -83,7 +87,7 @@ class UdfTable:
     def revoke(self, names: Iterable[str], reason: str) -> None:
         """Make all calls of these functions fail, until they are defined again.
 
-        :param reason: the error of such calls.
+        :param reason: the text of the error of such calls.
         """
 
         # CLIPS keeps the names, because rules may use them
@@ -108,6 +112,7 @@ class UdfTable:
         :param maximum: the maximum number of arguments, by default ``minimum``.
         :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"`` means STRING or SYMBOL for
             the first argument, INTEGER for the second, any type for further arguments.
+        :raises ValueError: if CLIPS refuses the function, for example because the name is taken.
 
         A revoked function keeps its number and types of arguments.
         """
@@ -125,7 +130,12 @@ class UdfTable:
         self._signatures[name], self._function_cells[name] = (minimum, maximum, types), function_cell
 
     def define_c(self, name: str, c_function: CData, minimum: int, maximum: int, types: str) -> None:
-        """Make a C function callable from CLIPS as ``name``."""
+        """Make a C function callable from CLIPS as ``name``.
+
+        The other parameters are those of :meth:`define`.
+
+        :raises ValueError: if CLIPS refuses the function, for example because the name is taken.
+        """
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
         error = lib.AddUDF(
             self._env, c_name, ffi.NULL, minimum, maximum, c_types, c_function, c_name, ffi.NULL
@@ -185,6 +195,7 @@ def find_wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | 
     default, *specific = types.split(";")
     for number, argument in enumerate(arguments, start=1):
         letters = (specific[number - 1] if number <= len(specific) else "") or default
+        # letters without a type in Python, such as ``*``, accept any argument
         accepted = [_TYPES[letter] for letter in letters if letter in _TYPES]
         if len(accepted) == len(letters) and type(argument) not in [kind for kind, _ in accepted]:
             return ClipsError(

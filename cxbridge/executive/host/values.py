@@ -184,7 +184,7 @@ def _print_fields(value: CData) -> str:
 
 
 # Printers of the frequent types by CLIPS' type code, like :data:`TO_PYTHON`. They are faster than a
-# conversion to Python.
+# conversion to Python. CLIPS prints strings without escaping the quotes within them.
 _PRINTERS: tuple[Callable[[CData], str], ...] = (
     lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),

@@ -1,6 +1,6 @@
-"""The activity of an environment as events: firings, fact changes, transitions.
+"""The activity of an environment as events: firings of rules and changes of facts.
 
-CLIPS' ``watch`` prints text in pieces. Through a Python router, each piece costs as much as a hundred
+CLIPS' ``watch`` prints a line in dozens of pieces. Through a Python router, a line costs as much as dozens of
 firings. Therefore the host implements the watch items ``facts`` and ``rules`` with C hooks. It formats a fact
 in one call, and only while a listener needs the text.
 """
@@ -47,6 +47,7 @@ class WatchItem:
         return self.default != (name in self.exceptions)
 
     def __bool__(self) -> bool:
+        """Return whether any construct can be watched."""
         return self.default or bool(self.exceptions)
 
 
@@ -59,12 +60,12 @@ class _Followers:
 
     def __init__(self) -> None:
         self._followers: list[Follower] = []
-        self._slots: dict[str, CData] = {}  # C names by Python name
+        self._c_names: dict[str, CData] = {}  # the names of the requested slots in C, by slot
         self._value = ffi.new("CLIPSValue *")
 
     def add(self, follower: Follower, slots: Iterable[str]) -> None:
         self._followers.append(follower)
-        self._slots |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
+        self._c_names |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
 
     def notify(self, template: str, fact: CData) -> None:
         """Pass the slots of a fact to the followers."""
@@ -72,7 +73,7 @@ class _Followers:
         get_slot, value = lib.GetFactSlot, self._value
         slots = {
             name: print_value(value)
-            for name, c_name in self._slots.items()
+            for name, c_name in self._c_names.items()
             if get_slot(fact, c_name, value) == _FOUND
         }
         for follower in self._followers:
@@ -151,7 +152,10 @@ class Watcher:
         self.follow_retractions(template, lambda _template, _slots: call(), ())
 
     def set_hooks(self) -> None:
-        """Set the hooks that the present listeners need. To be called again after changes of the bus."""
+        """Set the hooks that the present listeners and followers need.
+
+        To be called again after a listener of the bus has been added or removed.
+        """
         self._emits_facts = self._bus.wants(FactChange)
         self._unwatched_templates.clear()
         self._fact_texts.clear()
@@ -224,7 +228,10 @@ class Watcher:
 
 
 def slot_values(fact: CData) -> dict[str, Value]:
-    """Return the values of a fact by slot, in order. An ordered fact has the slot ``implied``."""
+    """Return the values of a fact by slot, in the order of the deftemplate.
+
+    An ordered fact has the single slot ``implied``.
+    """
     names = ffi.new("CLIPSValue *")
     lib.FactSlotNames(fact, names)
     values: dict[str, Value] = {}

@@ -1,4 +1,7 @@
-"""PDDL: parsing of domains and formulas, and their conversion to facts. See docs/planning.md#pddl."""
+"""PDDL: parsing of domains, problems and formulas, and conversions from and to facts.
+
+See docs/planning.md#pddl.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl.printer import format_domain, format_formula
     from cxbridge.executive.pddl.problems import format_problem, problem_of_facts
 
-_MODULES = {
+_NAMES_BY_MODULE = {
     "ast": ("Domain", "Formula", "Problem", "names_of", "pairs_of"),
     "errors": ("PddlSemanticError", "PddlSyntaxError"),
     "facts": ("FactToAssert", "domain_facts", "formula_facts"),
@@ -53,7 +56,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a name on first use: a planner process needs the syntax tree without the parser."""
-    for module, names in _MODULES.items():
+    for module, names in _NAMES_BY_MODULE.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{module}"), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -29,7 +29,7 @@ class Position(NamedTuple):
     column: int = 1
 
 
-# a formula that is made from facts has no position and file, but must equal the parsed formula
+# a formula that is made from facts has no place in a text, but must equal the parsed formula
 _UNCOMPARED_FIELDS: Final = ("position", "file", "text")
 
 
@@ -78,7 +78,7 @@ def names_of(typed_list: TypedList) -> tuple[str, ...]:
 
 
 def pairs_of(typed_list: TypedList) -> Iterator[tuple[str, str]]:
-    """Yield name and type. ``either`` yields all names once per type; a missing type is empty."""
+    """Yield each name with its type. ``either`` yields all names once per type; a missing type is empty."""
     for group in typed_list:
         for type_ in group.types or ("",):
             for name in group.names:
@@ -142,7 +142,7 @@ class State(Protocol):
         """Return whether the fact is true."""
 
     def compare(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
-        """Return the result of a comparison."""
+        """Return whether a comparison is true."""
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield ``binding`` extended by each choice of objects for the variables."""
@@ -150,15 +150,12 @@ class State(Protocol):
     def count_evaluation(self) -> None:
         """Count an evaluated formula.
 
-        :raises PddlError: if too many formulas were evaluated.
+        :raises PddlError: if too many formulas have been evaluated.
         """
 
 
 class BlamedPart(NamedTuple):
-    """A part of a condition with the wrong truth value.
-
-    :param required: the required truth value.
-    """
+    """A part of a condition, which is blamed if it does not have the required truth value."""
 
     formula: Formula
     binding: Binding
@@ -228,7 +225,7 @@ class FormulaNode(PlacedNode, frozen=True):
         """Return whether the condition is true in a state.
 
         :param binding: the objects of its free variables.
-        :raises PddlError: if quantified variables cause too many cases.
+        :raises PddlError: if the evaluation needs too many cases, because of quantified variables.
         """
         state.count_evaluation()
         return self._holds(state, binding)
@@ -274,14 +271,14 @@ def map_term(term: Any, change: Callable[[Term], Term]) -> Any:
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
     """Return a node with ``change`` applied to some fields; the same node if nothing changes."""
     # most changes concern few nodes of a large tree: copies share the unchanged nodes
-    changes = {}
+    new_values = {}
     for name in fields:
         value = getattr(node, name)
         new_value = tuple(map(change, value)) if isinstance(value, tuple) else change(value)
         is_same = all(map(is_, new_value, value)) if isinstance(value, tuple) else new_value is value
         if not is_same:
-            changes[name] = new_value
-    return replace(node, **changes) if changes else node
+            new_values[name] = new_value
+    return replace(node, **new_values) if new_values else node
 
 
 def _list_values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
@@ -307,9 +304,9 @@ class Atom(FormulaNode, frozen=True):
 
 
 def make_ground(name: str, term: Atom | FunctionTerm) -> Ground:
-    """Return the ground form of an atom or function term, whose arguments are constants.
+    """Return the ground form of an atom or function term, whose arguments must be constants.
 
-    :param name: the predicate or function.
+    :param name: the predicate or function of the term.
     """
     return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
@@ -429,16 +426,24 @@ class NumericChange(FormulaNode, frozen=True):
 
 
 Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
-FORMULA_KINDS: Final[tuple[type[FormulaNode], ...]] = get_args(Formula)
+FORMULA_CLASSES: Final[tuple[type[FormulaNode], ...]] = get_args(Formula)
 
 TIME_WORDS: Final = frozenset(tuple(time.split()) for time in Timed.KIND.words)
 """The first two words of formulas with a time."""
 
-FORMULA_WORDS: Final = tuple(word for kind in FORMULA_KINDS if kind is not Timed for word in kind.KIND.words)
-"""The first words of all other formulas except atoms."""
+FORMULA_WORDS: Final = tuple(
+    word
+    for formula_class in FORMULA_CLASSES
+    if formula_class is not Timed
+    for word in formula_class.KIND.words
+)
+"""The first words of formulas without a time, except atoms."""
 
 QUANTIFIER_WORDS: Final = tuple(
-    word for kind in FORMULA_KINDS if "variables" in kind.__struct_fields__ for word in kind.KIND.words
+    word
+    for formula_class in FORMULA_CLASSES
+    if "variables" in formula_class.__struct_fields__
+    for word in formula_class.KIND.words
 )
 """The first words of formulas whose second item declares variables."""
 
@@ -454,7 +459,7 @@ class ActionSchema(PlacedNode, frozen=True):
     """An action with parameters.
 
     :param is_durative: whether the action is a ``:durative-action``.
-    :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``.
+    :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``; None if the action has none.
     :param condition: the precondition; None if the action has none.
     :param effect: the effect; None if the action has none.
     """
@@ -470,7 +475,7 @@ class ActionSchema(PlacedNode, frozen=True):
 class Domain(PddlNode, frozen=True):
     """A planning domain.
 
-    :param requirements: the requirements without their colons.
+    :param requirements: the requirements in lower case, without their colons.
     :param file: the source file; empty if there is none.
     :param text: the source text, for planners with a PDDL parser; empty after changes or without a source.
     """
@@ -492,7 +497,7 @@ class Domain(PddlNode, frozen=True):
 
     @property
     def typed_lists(self) -> list[TypedList]:
-        """The types, the constants and all parameters, in textual order."""
+        """First the types, then the constants and the parameters of predicates, functions and actions."""
         declarations: tuple[Declaration | ActionSchema, ...]
         declarations = (*self.predicates, *self.functions, *self.actions)
         return [self.types, self.constants, *(declaration.parameters for declaration in declarations)]

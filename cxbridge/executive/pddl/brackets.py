@@ -1,6 +1,7 @@
 """The words and bracketed groups of a text, whether or not the text is valid PDDL.
 
-Editors need them for unfinished texts, and error messages for the context of an error.
+Editors need them for texts that are not yet valid PDDL, and error messages for the context of an error. Only
+the brackets must match.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ class BracketWord(NamedTuple):
 class Group(NamedTuple):
     """A bracketed list.
 
+    :param position: the position of the opening bracket.
     :param end: the position of the closing bracket.
     """
 

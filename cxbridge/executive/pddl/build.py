@@ -1,8 +1,8 @@
 """Construction of the syntax tree: a method or a row of a table for each rule of PDDL's grammar.
 
-The parser calls a method at the end of its rule, inner rules first. Some methods also check two properties
-that the grammar cannot express: each section occurs once, and the facts of an initial state have objects as
-arguments.
+The parser calls a method at the end of its rule, inner rules first. Some methods also check rules that the
+grammar cannot express, for example that each section occurs once, and that the facts of an initial state have
+objects as arguments.
 """
 
 from __future__ import annotations
@@ -81,6 +81,8 @@ MakeNode = Callable[[Children, Position], PddlNode]
 
 class SyntaxBuilder:
     """Makes syntax trees; a method or a row of a table handles the grammar rule of its name.
+
+    Methods raise a PddlSyntaxError if the text breaks a rule that the grammar cannot express.
 
     :param text: the tokenised text, for positions and errors.
     """

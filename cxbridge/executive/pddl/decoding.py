@@ -1,4 +1,4 @@
-"""Decoding of PDDL files."""
+"""Reading and decoding of PDDL files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ def read_text(path: str | Path, kind: str) -> str:
 
 
 def decode_text(content: bytes, path: str | Path) -> str:
-    """Decode a file as UTF-8. Other bytes become U+FFFD, which the grammar permits in comments only.
+    """Decode the content of a file as UTF-8, with or without a byte order mark.
+
+    Other bytes become U+FFFD, which the grammar permits in comments only.
 
     :raises PddlError: if the file is too large.
     """

@@ -16,7 +16,10 @@ class PddlSyntaxError(PddlError):
 
 
 class PddlSemanticError(PddlError):
-    """The text contains an undeclared name, a wrong type or a wrong number of arguments."""
+    """The text is PDDL, but its content is wrong or cannot become facts.
+
+    For example, a name is undeclared, or a type or number of arguments is wrong.
+    """
 
 
 def syntax_error(message: str, position: Position, file: str, hint: str | None = None) -> PddlSyntaxError:

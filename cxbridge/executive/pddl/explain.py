@@ -79,7 +79,10 @@ def _make_hint(word: str, expected: frozenset[str]) -> str:
 def _find_unsupported_part(
     enclosing_groups: list[Group], word: str, position: Position
 ) -> tuple[str, Position] | None:
-    """Return name and position of the outermost unsupported section or formula around a token."""
+    """Return name and position of the outermost unsupported section or formula around a token.
+
+    None if no part around the token is unsupported.
+    """
     for group in enclosing_groups:
         if name := unsupported_section(group.head) or unsupported_formula(group.head):
             return name, group.position
@@ -88,7 +91,7 @@ def _find_unsupported_part(
 
 
 def _find_defined_kind(items: tuple[Item, ...]) -> str:
-    """Return the word in ``(define (WORD NAME)``; empty without such a word."""
+    """Return the word in ``(define (WORD NAME)`` in lower case; empty without such a word."""
     define = items[0] if items else None
     header = define.items[1] if isinstance(define, Group) and len(define.items) > 1 else None
     return header.head.lower() if isinstance(header, Group) else ""

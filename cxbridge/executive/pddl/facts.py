@@ -85,7 +85,8 @@ def domain_facts(
 def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactToAssert]:
     """Return the facts of a condition, which are ``part-of`` the parent.
 
-    :raises PddlError: if facts cannot represent the formula (quantifiers, numbers).
+    :raises PddlError: if facts cannot represent the formula, for example a quantifier, or a function as an
+        argument of an atom.
     """
     return list(
         _FactMaker(file, fawkes_compat=False, warn=None).condition_facts(formula, parent, 1, is_root=True)
@@ -208,9 +209,10 @@ class _FactMaker:
     def _comparison_facts(
         self, formula: TermComparison, parent: str, id_: str, *, is_root: bool
     ) -> Iterator[FactToAssert]:
-        """Yield the facts of a comparison: the facts of an atom, and with functions its text.
+        """Yield the facts of a comparison, which becomes an atom.
 
-        With functions, the arguments of the atom are the variables of the comparison.
+        If the comparison has functions, the atom's arguments are its variables, and a further fact has its
+        text.
         """
         terms, position = formula.terms, formula.position
         if self._fawkes_compat or not any(isinstance(term, FunctionTerm) for term in terms):
@@ -218,9 +220,9 @@ class _FactMaker:
             yield from self._atom_facts(predicate, terms, parent, id_, position, is_root=is_root)
             return
         variables = tuple({term.name: term for term in _find_variables(terms)}.values())  # each variable once
-        atom_facts = self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root)
-        *formula_facts, predicate_fact = atom_facts  # pddl-predicate comes last
-        yield from (*formula_facts, predicate_fact)
+        atom_facts = [*self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root)]
+        yield from atom_facts
+        predicate_fact = atom_facts[-1]  # pddl-predicate comes last
         slots = {"predicate-id": predicate_fact.slots["id"], "text": format_formula(formula)}
         yield FactToAssert("domain-comparison", slots)
 
@@ -296,9 +298,9 @@ class _FactMaker:
 
     def _refuse_effect(self, formula: Formula) -> None:
         """Refuse an effect that facts cannot express; with ``fawkes_compat``, drop it with a warning."""
-        names: dict[type, str] = {When: "a conditional effect (when)", TermComparison: "a comparison"}
-        name = names.get(type(formula), f"'{formula.head}'")
-        message = f"{name} in an effect cannot be expressed as facts"
+        nouns: dict[type, str] = {When: "a conditional effect (when)", TermComparison: "a comparison"}
+        noun = nouns.get(type(formula), f"'{formula.head}'")
+        message = f"{noun} in an effect cannot be expressed as facts"
         if not self._fawkes_compat:
             raise self._error(message, formula.position, "split the action into two")
         self._warn_about_dropped_part(message, formula.position)

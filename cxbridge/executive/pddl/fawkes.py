@@ -17,11 +17,12 @@ from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.grammar import END_TERMINAL
 from cxbridge.executive.pddl.tokens import SourceText, Token
 
+# The sections before the actions, in the required order.
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
 # Required sections with their minimum number of entries.
 _REQUIRED_SECTIONS: Final = {":requirements": 0, ":predicates": 1}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
-# The parts of actions in the required order.
+# The parts of actions by keyword, in the required order, with their names in errors.
 _ACTION_PARTS: Final = {
     ":parameters": "parameters",
     ":duration": "duration",
@@ -98,7 +99,7 @@ def _check_action(text: SourceText, action: Group) -> None:
             check_formula(text, value, is_effect=key.text == ":effect")
     for part in _REQUIRED_PARTS:
         if part not in {_ACTION_PARTS[key.text] for key in keys}:
-            assert isinstance(name, BracketWord)
+            assert isinstance(name, BracketWord)  # the text is valid
             raise _refusal_error(text, action.position, f"action {name.text} has no {part}")
 
 

@@ -30,8 +30,8 @@ class Rule(msgspec.Struct, frozen=True, array_like=True):
     :param value_indices: the indices of the symbols on the right whose values the rule keeps.
     :param list_indices: the indices of kept symbols whose value is a list: the rule keeps its elements
         rather than the list.
-    :param build: the builder's method that makes the rule's value; empty: the value is the list of the kept
-        values, or the single kept value.
+    :param build: the rule or alias that names the builder's function for the rule's value; empty: the value
+        is the list of the kept values, or the single kept value.
     """
 
     result: str

@@ -84,6 +84,8 @@ def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: War
 def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = False) -> Formula:
     """Parse a condition without checking it against a domain.
 
+    :param file: the file name for errors.
+    :param fawkes_compat: refuse also what Fawkes' parser refuses.
     :raises PddlSyntaxError: unless the text is exactly one condition.
     """
     source = SourceText(text, str(file))

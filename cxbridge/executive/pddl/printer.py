@@ -86,7 +86,10 @@ def format_term(term: Term) -> str:
 
 
 def format_number(value: float) -> str:
-    """Return a number as PDDL, which has no exponents; small numbers are rounded to six decimals."""
+    """Return a number without an exponent, which standard PDDL lacks.
+
+    A number with more than six digits is rounded to six decimals.
+    """
     # :g is shortest, but rounds to six digits and may write an exponent
     text = f"{value:g}"
     return text if "e" not in text and float(text) == value else f"{value:f}"

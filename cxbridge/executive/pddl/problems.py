@@ -29,7 +29,8 @@ def problem_of_facts(
 ) -> Problem:
     """Make a problem from objects, facts and a goal, and check it against the domain.
 
-    With durative actions, the metric is the shortest total time.
+    Repeated objects and facts count once. If the domain has durative actions, the metric minimises
+    ``total-time``.
 
     :param objects: names and types, possibly including constants of the domain; an empty type is ``object``.
     :param facts: predicates and arguments.
@@ -67,7 +68,7 @@ def problem_of_facts(
 
 
 def format_problem(problem: Problem) -> str:
-    """Return a problem as PDDL text, which parses to the same problem."""
+    """Return a problem as PDDL text, which parses to the same problem except that numbers may be rounded."""
     lines = [f"(define (problem {problem.name})", f"  (:domain {problem.domain})"]
     lines += ["  (:objects", *(f"    {format_typed((group,))}" for group in problem.objects), "  )"]
     lines += ["  (:init", *(f"    {format_formula(atom)}" for atom in problem.init)]

@@ -1,6 +1,6 @@
 """The LR parser for the tables of PDDL's grammar.
 
-The parser pushes tokens onto three parallel stacks (states, values, start positions). At the end of a grammar
+The parser pushes tokens onto three parallel stacks (states, values, start offsets). At the end of a grammar
 rule, it replaces the values of the rule's right side by the value that the builder makes of them.
 """
 
@@ -13,7 +13,7 @@ from cxbridge.executive.pddl.grammar import END_TERMINAL, Rule, load_tables
 from cxbridge.executive.pddl.tokens import Token
 
 Build = Callable[[Any, list[Any], int], Any]
-"""Makes the value of a rule: gets the builder, the values of the right side, and the start position."""
+"""Makes the value of a rule: gets the builder, the values of the right side, and the start offset."""
 
 
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
@@ -37,7 +37,7 @@ class Reader:
     def __init__(self, find_build: Callable[[str], Build]) -> None:
         tables = load_tables()
         self._states = tables.states
-        self._starts = tables.starts
+        self._first_states = tables.starts
         self._rules = [(rule.size, rule.result, _make_reduction(rule, find_build)) for rule in tables.rules]
 
     def read(self, tokens: list[Token], symbol: str, builder: object) -> Any:
@@ -47,20 +47,20 @@ class Reader:
         :raises UnexpectedToken: if the tokens do not match.
         """
         table, rules = self._states, self._rules
-        state = self._starts[symbol]
+        state = self._first_states[symbol]
         states: list[int] = [state]
         values: list[Any] = []
-        start_positions: list[int] = []
+        start_offsets: list[int] = []
         for token in tokens:
             kind, _, start = token
             # a negative step reduces by the rule with the number -1 - step; another step is the next state
             while (step := table[state].get(kind)) is not None and step < 0:
                 size, result, reduce = rules[-1 - step]  # the size is never 0: lark removes empty rules
-                rule_start = start_positions[-size]
+                rule_start = start_offsets[-size]
                 value = reduce(builder, values[-size:], rule_start)
-                del values[-size:], start_positions[-size:], states[-size:]
+                del values[-size:], start_offsets[-size:], states[-size:]
                 values.append(value)
-                start_positions.append(rule_start)
+                start_offsets.append(rule_start)
                 state = table[states[-1]][result]
                 states.append(state)
             if step is None:
@@ -71,7 +71,7 @@ class Reader:
             state = step
             states.append(state)
             values.append(token)
-            start_positions.append(start)
+            start_offsets.append(start)
         return values[0]
 
 

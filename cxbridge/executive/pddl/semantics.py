@@ -96,7 +96,7 @@ class DomainChecker:
         self._check_types(objects)
 
     def check_formula(self, formula: Formula) -> None:
-        """Check a formula without parameters, such as a goal.
+        """Check a formula without free variables, such as a goal.
 
         :raises PddlSemanticError: for the first mistake.
         """
@@ -147,7 +147,7 @@ class DomainChecker:
             self._warn(self._error(message, position, hint))
 
     def _check_typing_requirement(self) -> None:
-        """Refuse types without the requirement ``:typing`` as Fawkes does, or else warn about them."""
+        """Warn about types without the requirement ``:typing``; with ``fawkes_compat``, refuse them."""
         positions = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
         position, hint = min(positions, default=None), "add :typing to (:requirements ...)"
         if position is None or self._domain.requires_typing:
@@ -245,7 +245,10 @@ class DomainChecker:
                 self.warn(message, argument.position)
 
     def _refuse_unsupported(self, name: str, position: Position) -> None:
-        """Refuse an unsupported part of PDDL by its name."""
+        """Refuse an unsupported part of PDDL by its name, unless ``fawkes_compat`` is set.
+
+        :param name: empty for a part that is not known to be unsupported, which is not refused here.
+        """
         if name and not self._fawkes_compat:
             message, hint = unsupported_texts(name)
             raise self._error(message, position, hint)

@@ -1,6 +1,6 @@
 """Names in the spelling of their declarations, because PDDL ignores case and CLIPS does not.
 
-The functions of this module give names their declared form, so that names can be compared as text.
+The functions of this module give names their declared spelling, so that names can be compared as text.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from cxbridge.executive.pddl.ast import (
 )
 
 Spellings = Mapping[str, str]
-"""Declared forms by lower-case name."""
+"""Declared spellings by lower-case name."""
 
 
 def spell_domain(domain: Domain, words: Iterable[str]) -> Domain:
@@ -95,7 +95,7 @@ class _Speller:
             metric = direction, map_term(term, self._spell_constant_term)
         return replace(
             problem,
-            domain=_declared_form(problem.domain, self._domain_names),
+            domain=_declared_spelling(problem.domain, self._domain_names),
             objects=self._spell_typed_list(problem.objects, self._objects),
             # atoms that differ in case only become equal here
             init=tuple(dict.fromkeys(self._spell_formula(atom, {}) for atom in problem.init)),
@@ -110,8 +110,8 @@ class _Speller:
         return tuple(
             replace(
                 group,
-                names=tuple(_declared_form(name, names) for name in group.names),
-                types=tuple(_declared_form(type_, self._types) for type_ in group.types),
+                names=tuple(_declared_spelling(name, names) for name in group.names),
+                types=tuple(_declared_spelling(type_, self._types) for type_ in group.types),
             )
             for group in typed_list
         )
@@ -119,7 +119,8 @@ class _Speller:
     def _spell_declaration(self, declared: Any, names: Spellings) -> Any:
         return replace(
             declared,
-            name=_declared_form(declared.name, names),
+            name=_declared_spelling(declared.name, names),
+            # PDDL names the parameters of a declaration nowhere else
             parameters=self._spell_typed_list(declared.parameters, {}),
         )
 
@@ -140,7 +141,7 @@ class _Speller:
         def spell(part: Formula) -> Any:
             match part:
                 case Atom(predicate=name):
-                    return _rename(part, "predicate", _declared_form(name, self._predicates))
+                    return _rename(part, "predicate", _declared_spelling(name, self._predicates))
                 case _ if part.variables:
                     return replace(part, variables=self._spell_typed_list(part.variables, variables))
                 case _:
@@ -157,11 +158,11 @@ class _Speller:
     def _spell_term(self, term: Term, variables: Spellings) -> Any:
         match term:
             case Variable(name=name):
-                return _rename(term, "name", _declared_form(name, variables))
+                return _rename(term, "name", _declared_spelling(name, variables))
             case Constant(name=name):
-                return _rename(term, "name", _declared_form(name, self._objects))
+                return _rename(term, "name", _declared_spelling(name, self._objects))
             case FunctionTerm(function=name):
-                return _rename(term, "function", _declared_form(name, self._functions))
+                return _rename(term, "function", _declared_spelling(name, self._functions))
 
 
 def _find_quantified_names(formula: Formula | None) -> Iterator[str]:
@@ -179,5 +180,5 @@ def _make_spelling_table(names: Iterable[str]) -> dict[str, str]:
     return {name.lower(): name for name in reversed(tuple(names))}
 
 
-def _declared_form(name: str, spellings: Spellings) -> str:
+def _declared_spelling(name: str, spellings: Spellings) -> str:
     return spellings.get(name.lower(), name)

@@ -21,7 +21,7 @@ MAX_DEPTH: Final = 100
 """The maximum nesting of brackets: functions on formulas are recursive, and Python's stack is limited."""
 
 MAX_WORD_LENGTH: Final = 1000
-"""The maximum length of a word."""
+"""The maximum length of a word, chosen freely: hostile texts may contain huge words."""
 
 _DEPTH_CHANGES: Final = {"(": 1, ")": -1}
 
@@ -96,7 +96,7 @@ class _WordKinds(dict[str, str]):
 
 @lru_cache(maxsize=4096)
 def _find_word_kind(word: str) -> str:
-    # cached across texts: a domain and its problems share most words
+    # cached across texts: a domain and its problems share most words; the size bounds the memory
     keywords, words = _load_word_tables()
     kind = keywords.get(word.lower())
     if kind is None:

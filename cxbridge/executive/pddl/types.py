@@ -23,14 +23,14 @@ class TypeHierarchy:
 
     def supertypes(self, type_: str) -> set[str]:
         """Return a type and all its supertypes, including ``object``."""
-        ancestors = {ROOT_TYPE}
-        queue = [type_]
-        while queue:
-            name = queue.pop()
-            if name not in ancestors:
-                ancestors.add(name)
-                queue += self.parents.get(name, ())
-        return ancestors
+        supertypes = {ROOT_TYPE}
+        pending = [type_]
+        while pending:
+            name = pending.pop()
+            if name not in supertypes:
+                supertypes.add(name)
+                pending += self.parents.get(name, ())
+        return supertypes
 
 
 def extended_bindings(variables: TypedList, binding: Binding, objects_of: ObjectsOf) -> Iterator[Binding]:

@@ -1,7 +1,7 @@
 """Formulas made from the facts of an environment that describe conditions.
 
-The feature ``pddl-parser`` asserts the facts: ``pddl-formula`` for a connective, ``pddl-predicate`` for an
-atom. Their slot ``part-of`` has the id of the parent, an operator or another formula.
+The feature ``pddl-parser`` asserts the facts: ``pddl-formula`` for each formula, and ``pddl-predicate`` for
+the content of an atom. Their slot ``part-of`` has the id of the parent, an operator or another formula.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
 _EQUALITY_TERM_COUNT: Final = 2
-# The maximum depth of a condition. Agents assert such facts, too, and may make them part of each other.
+# The maximum depth of a condition; deeper formulas are left out. The recursion needs a bound, because agents
+# assert such facts, too.
 _MAX_DEPTH: Final = 50
 
 Slots = Mapping[str, "Value"]
@@ -62,8 +63,11 @@ class FormulaMaker:
         atoms = [make_atom(slots) for slots in self._atoms.get(parent, ())]
         if parent in ancestors or len(ancestors) > _MAX_DEPTH:
             return atoms
-        inner = (*ancestors, parent)
-        return [*atoms, *(self._make_formula(slots, inner) for slots in self._formulas.get(parent, ()))]
+        inner_ancestors = (*ancestors, parent)
+        return [
+            *atoms,
+            *(self._make_formula(slots, inner_ancestors) for slots in self._formulas.get(parent, ())),
+        ]
 
     def _make_formula(self, slots: Slots, ancestors: tuple[str, ...]) -> Formula:
         parts, kind = self._parts_of(slot_text(slots, "id"), ancestors), slot_text(slots, "type")
@@ -88,9 +92,11 @@ def make_atom(slots: Slots) -> Formula:
 
 
 def slot_text(slots: Slots, name: str) -> str:
+    """Return the value of a slot as text; empty without the slot."""
     return str(slots.get(name, ""))
 
 
 def slot_texts(slots: Slots, name: str) -> list[str]:
+    """Return the values of a multislot as texts; empty without the slot, and for a single value."""
     values = slots.get(name, ())
     return [str(value) for value in values] if isinstance(values, tuple) else []

@@ -19,7 +19,7 @@ Slots = Mapping[str, Value]
 
 
 def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
-    """Set the value of a ground function: replace its fact, or assert the first."""
+    """Set the value of a ground function: replace its facts, or assert its first fact."""
     for index, _, slots in list(env.facts(FUNCTION_TEMPLATE)):
         if ground_of_slots(slots) == ground:
             env.retract(index)
@@ -27,7 +27,7 @@ def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
 
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
-    """Return the values of all ground functions in an environment."""
+    """Return the values of all ground functions in an environment; other values than numbers count as 0."""
     numbers = {}
     for _, _, slots in env.facts(FUNCTION_TEMPLATE):
         value = slots["value"]

@@ -57,14 +57,14 @@ class PddlNumbers:
             self._env.load(_RULES)
 
     def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
-        """Return whether a comparison holds, as a symbol of CLIPS.
+        """Return TRUE if a comparison holds, otherwise FALSE.
 
         :param text: the comparison in PDDL.
-        :param names: the parameters in the comparison.
-        :param values: the objects of the parameters.
+        :param names: the variables in the comparison.
+        :param values: the objects of the variables.
         """
         from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415  slow: most domains have no numbers
-        from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
+        from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415 - as above
 
         if text not in self._formulas:
             self._formulas[text] = parse_formula(text)
@@ -104,6 +104,6 @@ class PddlNumbers:
 
 
 def _bound_objects(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
-    """Return the objects of an action's parameters, by parameter."""
+    """Return objects by variable or parameter."""
     # rules of agents assert these facts, too, and may give fewer values than names
     return dict(zip(map(str, names), map(str, values), strict=False))

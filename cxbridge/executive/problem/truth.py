@@ -33,7 +33,7 @@ from cxbridge.executive.pddl.printer import format_term
 from cxbridge.executive.pddl.types import ObjectsOf, extended_bindings
 
 MAX_EVALUATIONS: Final = 200_000
-"""The maximum number of evaluated parts of a formula, about a second of work."""
+"""The maximum number of evaluated formulas per state, with their parts: about a second of work."""
 
 _COMPARATORS: Final[Mapping[str, Callable[[float, float], bool]]] = {
     "=": operator.eq,
@@ -64,20 +64,20 @@ DURATION: Final = "duration"
 class KnownState:
     """A completely known state of facts, function values and objects: the ``State`` of :mod:`.pddl.ast`.
 
-    :param predicates: the facts.
-    :param functions: the function values.
+    :param facts: the true atoms of predicates.
+    :param numbers: the values of functions.
     :param objects_of: the objects of quantified variables; by default there are none.
     :param duration: the value of ``?duration``, within a durative action.
     """
 
     def __init__(
         self,
-        predicates: Container[Ground],
-        functions: Mapping[Ground, float],
+        facts: Container[Ground],
+        numbers: Mapping[Ground, float],
         objects_of: ObjectsOf = lambda _types: (),
         duration: float | None = None,
     ) -> None:
-        self._predicates, self._functions = predicates, functions
+        self._facts, self._numbers = facts, numbers
         self._objects_of, self._duration = objects_of, duration
         self._evaluations = 0
 
@@ -96,16 +96,17 @@ class KnownState:
 
     def has(self, predicate: str, terms: tuple[Term, ...], binding: Binding) -> bool:
         """Return whether a fact is true."""
-        return self._ground(predicate, terms, binding) in self._predicates
+        return self._ground(predicate, terms, binding) in self._facts
 
     def compare(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
-        """Return the result of a comparison, which is false if a function has no value."""
+        """Return whether a comparison is true; it is false if a function has no value."""
         if operator == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, binding)
             return name is not None and name == _object(right, binding)
         return _compare(operator, self.number(left, binding), self.number(right, binding))
 
     def _is_number(self, term: Term) -> bool:
+        """Return whether a term is a number; a constant may be an object whose name looks like a number."""
         return isinstance(term, FunctionTerm) or (
             self._duration is not None and isinstance(term, Variable) and term.name == DURATION
         )
@@ -127,7 +128,7 @@ class KnownState:
                 return number_of(name)
             case FunctionTerm(function=name, arguments=terms):
                 if name not in _ARITHMETIC:
-                    return self._functions.get(self._ground(name, terms, binding))
+                    return self._numbers.get(self._ground(name, terms, binding))
                 return _compute(name, [self.number(operand, binding) for operand in terms])
 
     def change_number(self, change: NumericChange, binding: Binding, new_values: dict[Ground, float]) -> None:
@@ -135,7 +136,7 @@ class KnownState:
 
         Several effects on a number add up: each one starts from the new value, if there is one.
 
-        :raises PddlError: if a number has no value.
+        :raises PddlError: if a number has no value, or for a division by zero.
         """
         target = change.target
         assert isinstance(target, FunctionTerm)
@@ -174,9 +175,10 @@ def _object(term: Term, binding: Binding) -> str | None:
 
 
 def _compute(sign: str, operands: list[float | None]) -> float | None:
-    """Return the result of an arithmetic operator, which with a single operand can only be the negation.
+    """Return the result of an arithmetic operator.
 
-    None if an operand has no value, for a division by zero, and for another number of operands.
+    A single operand is permitted for the negation only. None if an operand has no value, for a division by
+    zero, and for a wrong number of operands.
     """
     numbers = [operand for operand in operands if operand is not None]
     if len(numbers) != len(operands) or not numbers:

@@ -78,7 +78,7 @@ def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
         "unit": "s" if has_times else "steps",
         "end": dict(zip("ab", ends, strict=True)),
         "start_us": {
-            side: history.clock.first_us or 0 for side, history in zip("ab", histories, strict=True)
+            side: history.clock.start_us or 0 for side, history in zip("ab", histories, strict=True)
         },
         "goals": sorted_rows[:MAX_ROWS],
         "more_goals": max(0, len(sorted_rows) - MAX_ROWS),

@@ -85,7 +85,7 @@ def replayed_writes(run: Run, selection: ReplaySelection) -> Iterator[ReplayedWr
     last_stamps_us: dict[str, int] = {}
     clock = MonotonicClock()
     for event in run:
-        if clock.first_us is None:
+        if clock.start_us is None:
             clock.advance_to(event.time_us)
         if not isinstance(event, InterfaceWrite) or not selection.replays(event.uid):
             continue

@@ -84,7 +84,7 @@ def list_guessed_links(history: RunHistory) -> list[list[Any]]:
     :returns: for each pair the environment, goal, plan and id of the action, then the Skiller, skill string,
         message id and begin (in microseconds) of the skill call.
     """
-    start_us = history.clock.first_us or 0  # without events there are no links either
+    start_us = history.clock.start_us or 0  # without events there are no links either
     return [
         [
             *(link.action.env, link.action.goal, link.action.plan, link.action.id),

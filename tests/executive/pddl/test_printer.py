@@ -19,7 +19,7 @@ from cxbridge.executive.pddl import (
     parse_formula,
 )
 from cxbridge.executive.pddl.ast import (
-    FORMULA_KINDS,
+    FORMULA_CLASSES,
     FORMULA_WORDS,
     ActionSchema,
     And,
@@ -104,11 +104,11 @@ def nested_formulas(kinds: Iterable[Any]) -> st.SearchStrategy[Formula]:
     )
 
 
-CONDITIONS = nested_formulas({*FORMULA_KINDS} - {When, NumericChange})
+CONDITIONS = nested_formulas({*FORMULA_CLASSES} - {When, NumericChange})
 # the grammar reads these conditions in effects, too
 EFFECTS = nested_formulas(
     [Atom, And, Or, Not, Imply, TermComparison, Quantified]
-    + [kind for kind in FORMULA_KINDS if not kind.KIND.is_condition]
+    + [node for node in FORMULA_CLASSES if not node.KIND.is_condition]
 )
 ACTIONS = st.builds(
     ActionSchema,
@@ -145,7 +145,7 @@ def is_read_back(domain: Domain) -> bool:
 @given(data=st.data())
 def test_each_kind_of_formula_is_complete(kind: Any, data: st.DataObject) -> None:
     """The grammar reads the words of the kind, readers of formulas handle it, words are names elsewhere."""
-    assert kind in FORMULA_KINDS
+    assert kind in FORMULA_CLASSES
     assert {*kind.KIND.parts, *kind.KIND.terms} == {
         name for name, type_ in field_types(kind).items() if re.search("Formula|Term", type_)
     }

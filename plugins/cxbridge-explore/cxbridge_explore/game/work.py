@@ -43,7 +43,7 @@ def summarize_work(
     :param end_us: the end of the run.
     """
     # the history counts from the first event, with a clock that is never set back
-    steady_end_us, start_us = history.clock.advance_to(end_us), history.clock.first_us or 0
+    steady_end_us, start_us = history.clock.advance_to(end_us), history.clock.start_us or 0
     spans: dict[str, list[Span]] = {robot: [] for robot in robots.values()}
     failures: dict[str, Counter[str]] = {}
     for call in history.calls:

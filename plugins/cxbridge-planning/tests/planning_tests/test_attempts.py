@@ -7,7 +7,7 @@ import os
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.pddl.ast import FORMULA_KINDS
+from cxbridge.executive.pddl.ast import FORMULA_CLASSES
 from cxbridge_planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
 from cxbridge_planning.engines import unified
 from cxbridge_planning.needs import Need, problem_needs
@@ -160,7 +160,7 @@ def test_needs_of_numeric_problems(effect, condition, init, expected):
 
 
 def test_features_of_formulas_are_needs():
-    assert {kind.KIND.feature for kind in FORMULA_KINDS} <= {"", *(need.value for need in Need)}
+    assert {node.KIND.feature for node in FORMULA_CLASSES} <= {"", *(need.value for need in Need)}
 
 
 @pytest.mark.parametrize("name", planner_names())

@@ -60,7 +60,7 @@ class Scrubber:
     @property
     def start_clock_us(self) -> int:
         """The time of the run's clock at the start of the run; all other times count from there."""
-        return self._clock.first_us or 0
+        return self._clock.start_us or 0
 
     @property
     def end_us(self) -> int:
