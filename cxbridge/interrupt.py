@@ -18,9 +18,11 @@ from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Final, Self
 
+# Chosen freely: 15 cycles of the main loop.
 GRACE_S: Final = 0.5
 """The seconds in which running work may end by itself, e.g. the current cycle of the main loop."""
 
+# Chosen freely.
 GOODBYE_S: Final = 2.0
 """The additional seconds for rules of the shutdown."""
 
@@ -75,6 +77,7 @@ class Interrupt:
         self._force_at_s = 0.0  # by the monotonic clock
         self._handled_numbers = [int(signal_number) for signal_number in _SIGNALS]
         self.is_signalled = False
+        """Whether a signal was recorded."""
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
@@ -135,7 +138,7 @@ class Interrupt:
         self._stop, self._force = stop, force
 
     def give_time(self, grace_s: float = GRACE_S) -> None:
-        """Call ``force`` only after ``grace_s`` seconds, so that running work can end by itself."""
+        """Call ``force`` not earlier than in ``grace_s`` seconds, so that running work can end by itself."""
         self._force_at_s = time.monotonic() + grace_s
 
     def _record_signal(self, _number: int, _frame: FrameType | None) -> None:
@@ -147,12 +150,12 @@ class Interrupt:
         while not self._ended.is_set():
             signal_socket.settimeout(_REPEAT_S if signal_count else None)
             with contextlib.suppress(TimeoutError):  # the time for the next call of ``stop`` or ``force``
-                new_signals = sum(
+                new_signal_count = sum(
                     signal_number in self._handled_numbers for signal_number in signal_socket.recv(64)
                 )  # further bytes wait for the next round
-                if new_signals and not signal_count:
+                if new_signal_count and not signal_count:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)
-                signal_count += new_signals
+                signal_count += new_signal_count
             if signal_count >= _FATAL_SIGNALS:
                 os.write(2, b"cxbridge: the process does not stop: the third signal ends it at once\n")
                 os._exit(_SIGINT_STATUS)

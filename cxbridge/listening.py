@@ -22,6 +22,7 @@ def is_loopback(host: str) -> bool:
 
     ``localhost`` is the only such name, because a resolver may give any address to other names.
     """
+    # an IPv6 address may have brackets, as in URLs, and a zone, as in fe80::1%eth0
     try:
         address = ipaddress.ip_address(host.strip("[]").partition("%")[0])
     except ValueError:
@@ -42,7 +43,10 @@ def is_abstract_socket(endpoint: str) -> bool:
 
 
 def is_private_endpoint(endpoint: str) -> bool:
-    """Return whether a ZeroMQ endpoint is only reachable from this machine, over ipc only by its user."""
+    """Return whether only this machine can reach a ZeroMQ endpoint, and over ``ipc`` only this user.
+
+    An abstract socket is not private, because it has no owner.
+    """
     if not endpoint.startswith("tcp://"):
         return not is_abstract_socket(endpoint)
     try:
@@ -61,14 +65,14 @@ def check_server_address(
     hint: str,
     error_class: type[CxbridgeError] = ConfigError,
 ) -> None:
-    """Raise an error for a server that anybody on the network can reach.
+    """Raise an error for a server that others can reach without a restriction.
 
     :param server: the server's name, for the error.
     :param address: the host or the endpoint.
     :param is_local: whether only this user or this machine can reach the server.
     :param is_restricted: whether keys, a token or a list of peers restrict the clients, or an option permits
         all clients.
-    :raises CxbridgeError: of the class ``error_class``.
+    :raises CxbridgeError: of the class ``error_class``, if the server is neither local nor restricted.
     """
     if not (is_local or is_restricted):
         reach = "by all users of" if is_abstract_socket(address) else "from beyond"
@@ -88,7 +92,7 @@ def listen(
 
     :param server: the server's name, for the error.
     :param port: the port; 0 for any free port.
-    :param backlog: the number of connections that may wait to be accepted; None: the default of Python.
+    :param backlog: the number of connections that may wait to be accepted; None for Python's default.
     :raises CxbridgeError: of the class ``error_class`` if the address is unavailable.
     """
     try:

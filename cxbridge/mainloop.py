@@ -54,7 +54,10 @@ class MainLoop:
         self._steps = None
 
     def remove(self, hook: Hook, step: Callable[[], object]) -> None:
-        """Stop calling ``step`` at ``hook``."""
+        """Stop calling ``step`` at ``hook``.
+
+        :raises ValueError: if the step is not registered at the hook.
+        """
         self._hooks[hook].remove(step)
         self._steps = None
 
@@ -72,7 +75,7 @@ class MainLoop:
         while not self._stopped.is_set():
             start_us = self.clock.now_us()
             self.run_once()
-            # without the check of the event, a stop within the cycle would wait for the next period
+            # without the check of the event, a virtual clock would advance after a stop within the cycle
             if is_done() or self._stopped.is_set():
                 return
             self.clock.sleep_until(start_us + self.period_us, self._stopped)

@@ -102,10 +102,10 @@ class Row(Struct, frozen=True):
         so that mistakes in the feature's configuration are reported before a rule fires. For components:
         returns whether the component starts before the components of cxbridge, to observe them.
     :param requested: for features: returns whether the run requests the feature for an agent that does not.
-    :param in_replays: for components: whether a replay makes the component. A replay leaves out the other
-        components of plug-ins, whose writes the recording has.
+    :param in_replays: for components: whether a replay makes the component. A replay leaves out all other
+        components except the executive: the recording has their writes.
     :param section: for top-level commands: the heading in the help.
-    :param origin: the plug-in with the row, empty for cxbridge; set by the table.
+    :param origin: the plug-in with the row and its package, empty for cxbridge; set when the plug-in is read.
     """
 
     name: str
@@ -138,7 +138,7 @@ class Plugin(Struct, frozen=True, eq=False):
     :param name: the name of the entry point.
     :param package: the distribution and its version, e.g. ``cxbridge-ros2 0.2.0``.
     :param rows: the rows by the name of their table.
-    :param error: why the plug-in cannot be used, if it cannot.
+    :param error: why the plug-in cannot be used; None for a usable plug-in.
     """
 
     name: str
@@ -183,7 +183,8 @@ class Table(Generic[T]):
     def load_target(self, row: Row) -> T:
         """Import the object of a row.
 
-        :raises PluginError: if the import fails, or the object has another kind.
+        :raises PluginError: if the object of a plug-in cannot be imported, or the object has another kind.
+        :raises CxbridgeError: if a package is missing that cxbridge or a plug-in requires.
         """
         title = f"the {_row_noun(self.hook)} '{row.name}' ({row})"
         try:
@@ -206,7 +207,7 @@ def _make_mend_hint(origin: str) -> str:
     return f"mend or uninstall the package of the plug-in {origin}; docs/plugins.md describes the hooks"
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # more than there are tables
 def _merge_rows(hook: str, own_rows: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
     """Return the rows of a table.
 
@@ -250,7 +251,7 @@ def find_package_of(name: str) -> str:
 
 
 def unused_section_warnings(has_section: Callable[[str], object]) -> list[str]:
-    """Return a warning per section of a configuration whose package is not installed.
+    """Return a warning for each section of a configuration that belongs to an absent package.
 
     :param has_section: returns whether the configuration has a section.
     """
@@ -265,7 +266,7 @@ def is_installed(target: str) -> bool:
     """Return whether ``module:object`` belongs to cxbridge or an installed plug-in."""
     package = target.partition(":")[0].partition(".")[0]
     return package == __package__ or any(
-        row.target.partition(".")[0] == package
+        row.target.partition(":")[0].partition(".")[0] == package
         for plugin in installed_plugins()
         for rows in plugin.rows.values()
         for row in rows
@@ -273,7 +274,7 @@ def is_installed(target: str) -> bool:
 
 
 def installed_plugins() -> tuple[Plugin, ...]:
-    """Return the plug-ins of the installed packages, sorted by name; unusable ones have an ``error``.
+    """Return the plug-ins of the installed packages, sorted by name; an unusable plug-in has an ``error``.
 
     A running program does not notice a package that is installed later, as Python does not for modules.
     """
@@ -292,7 +293,9 @@ def absent_package_hint(name: str) -> str:
     return "" if find_package_of(name) in installed else package_hint(name)
 
 
-@lru_cache(maxsize=16)  # a run asks some 30 times, and the search calls the operating system for each folder
+# A run asks some 30 times, and the search calls the operating system for each folder. The cache has an entry
+# for each value of sys.path, which programs rarely change.
+@lru_cache(maxsize=16)
 def _read_plugins(search_path: tuple[str, ...]) -> tuple[Plugin, ...]:
     modules_and_packages: dict[str, list[tuple[str, str]]] = {}  # by the name of the plug-in
     for folder, changed_ns in _plugin_folders(search_path):
@@ -386,23 +389,25 @@ def _plugin_folders(search_path: Iterable[str]) -> Iterator[tuple[str, int]]:
                 yield path, changed_ns
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # more than the folders of a usual sys.path
 def _read_entry_points(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...]:  # noqa: ARG001
     """Return the entry points of our group in a folder: name, module, folder with metadata.
 
     ``importlib.metadata`` is slow to import and reads hundreds of files; `os.path` is faster than pathlib. An
     installation changes the folder and thus the cache key.
+
+    :param changed_ns: the time of the folder's last change, only for the cache.
     """
-    entries: list[tuple[str, str, str]] = []
+    entry_points: list[tuple[str, str, str]] = []
     # the folder may be unreadable, and most packages have no file with entry points
     with suppress(OSError):
         for name in sorted(os.listdir(folder)):  # noqa: PTH208
-            if name.endswith("-info") and "." in name:
+            if name.endswith("-info") and "." in name:  # .dist-info or .egg-info
                 metadata_folder = os.path.join(folder, name)  # noqa: PTH118
                 file = os.path.join(metadata_folder, "entry_points.txt")  # noqa: PTH118
                 with suppress(OSError), open(file, encoding="utf-8", errors="replace") as stream:  # noqa: PTH123
-                    entries += ((*entry, metadata_folder) for entry in _parse_entry_points(stream.read()))
-    return tuple(entries)
+                    entry_points += ((*pair, metadata_folder) for pair in _parse_entry_points(stream.read()))
+    return tuple(entry_points)
 
 
 def _parse_entry_points(text: str) -> Iterator[tuple[str, str]]:

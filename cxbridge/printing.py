@@ -77,7 +77,7 @@ def one_line(text: str) -> str:
 def indent_lines(text: str) -> str:
     """Return a text with its control characters escaped and its further lines indented.
 
-    An indented line cannot be mistaken for a line of another program.
+    Such a line cannot be mistaken for a line of another program. Empty lines stay empty.
     """
     head, *lines = visible(text).split("\n")
     return "\n".join([head, *(line if line.startswith("  ") or not line else f"  {line}" for line in lines)])
@@ -100,8 +100,8 @@ def escape_record(text: str) -> str:
 def escape_log_entry(text: str) -> str:
     """Return a text for a log entry like :func:`escape_record`, but with several lines.
 
-    As in constructs logged by Fawkes, a line feed is kept before a blank, a tab or a parenthesis, and at the
-    end.
+    As in constructs logged by Fawkes, a line feed is kept at the end, and before a blank, a tab, a
+    parenthesis or another line feed.
     """
     if text.isprintable() and "\\u" not in text:
         return text

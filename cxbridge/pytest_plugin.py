@@ -35,7 +35,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @dataclass
 class RunMaker:
-    """The value of the fixtures: makes runs for a test (``cx``) or for all tests of a module (``cx_module``).
+    """The maker of runs for a test (fixture ``cx``) or for all tests of a module (fixture ``cx_module``).
 
     :param test_file: the file of the test.
     :param test_name: the name of the test; empty if all tests of a module share the runs.
@@ -67,7 +67,8 @@ class RunMaker:
         :param scenario: the scenario as for ``cxbridge run``; None: no scenario, only ``options``.
         :param skiller: ``scripted``, or as for ``cxbridge run``.
         :param strict: whether mistakes in the loaded files raise an error.
-        :param patience: the maximum duration of a wait, in seconds of real time.
+        :param patience: the maximum duration of a wait, in seconds of real time; None: the default of
+            :class:`~cxbridge.testing.agent_run.AgentRun`.
         :param config: files that are laid over the configuration in order.
         :param options: further options of ``cxbridge run``, e.g. ``spec``, ``clips_dirs``, ``fawkes_dir``,
             and of plug-ins, e.g. ``ros2cx``.

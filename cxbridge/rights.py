@@ -77,7 +77,7 @@ class Rights(Struct, frozen=True):
         self.check(self.message_right(interface_type, message_type), f"{message_type} to {interface_type}")
 
     def check_writer(self, uid: str) -> None:
-        """Raise an error for a client that opens an interface for writing, unless clients may change state.
+        """Raise an error, unless clients may open interfaces for writing.
 
         :raises RefusedError: if clients do not have :attr:`Right.CONTROL`.
         """
@@ -133,11 +133,11 @@ FRAME_RIGHTS: Final = {
     "ros2-experts": {"read": Right.LOOK, **dict.fromkeys(("change", "plan"), Right.CONTROL)},
     "foxglove": {},  # the server accepts nothing from clients
 }
-"""The frames, services and topics of client requests, by protocol."""
+"""The rights that frames, services and topics of client requests require, by protocol."""
 
 
 def right_of_message(interface_type: str, message_type: str) -> Right:
-    """Return the right that a message on the blackboard requires."""
+    """Return the right that a message requires unless skill strings are programs, see `Rights`."""
     return MESSAGE_RIGHTS.get((interface_type, message_type), Right.CONTROL)
 
 

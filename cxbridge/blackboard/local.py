@@ -31,7 +31,7 @@ from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
 from cxbridge.clock import Clock, join_us
 from cxbridge.events import EventBus, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.message import OpenedBlock
+from cxbridge.interfaces.message import InstanceIdentity
 
 
 class InterfaceMemory(BoardPort):
@@ -133,7 +133,7 @@ class InterfaceMemory(BoardPort):
         return next((reader.owner for reader in readers if str(reader.serial) == serial), "")
 
     def publish(
-        self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+        self, writer: InstanceIdentity, block: bytes | bytearray, stamped: bool | None, changed: bool
     ) -> int:
         """Store the writer's block and notify the listeners.
 

@@ -47,7 +47,7 @@ from cxbridge.history.model import (
 from cxbridge.history.monotonic import MonotonicClock
 from cxbridge.history.plan_steps import parse_plan_text
 from cxbridge.history.transitions import unquote
-from cxbridge.history.truncation import MAX_TEXT, truncate
+from cxbridge.history.truncation import MAX_TEXT_CHARACTERS, truncate
 from cxbridge.printing import format_count
 
 _SKILLER: Final = "SkillerInterface"
@@ -74,7 +74,7 @@ class HistoryLimits:
     max_actions: int = 30_000
     max_calls: int = 10_000
     max_transitions: int = 300_000
-    max_text_length: int = MAX_TEXT
+    max_text_length: int = MAX_TEXT_CHARACTERS
 
 
 UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * len(fields(HistoryLimits)))

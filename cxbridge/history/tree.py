@@ -32,7 +32,7 @@ class TreeGoal(Protocol):
 
     @property
     def error(self) -> str:
-        """The reason for a failure."""
+        """The reason for a failure; empty without a failure."""
 
 
 class NamedGoal(TreeGoal, Protocol):
@@ -87,6 +87,7 @@ def goal_as_json(goal: NamedGoal) -> dict[str, str]:
 def goal_line(branch: str, name: str, goal: TreeGoal, *, show_modes: bool = False) -> GoalLine:
     """Return a goal as a line of a tree.
 
+    :param name: the id in the title.
     :param show_modes: whether to show the mode also next to an outcome.
     """
     has_outcome = goal.outcome not in ("UNKNOWN", "")
@@ -100,21 +101,22 @@ def goal_line(branch: str, name: str, goal: TreeGoal, *, show_modes: bool = Fals
 def goal_lines(goals: Iterable[NamedGoal], *, show_modes: bool = False) -> Iterator[GoalLine]:
     """Yield goals as trees, parents before their children; see :func:`goal_line`.
 
-    :param goals: the goals in the order of appearance; goals with the same id are lives of this id.
+    :param goals: the goals in the order of appearance. Goals with the same id are the lives of this id; the
+        second life has the title ``ID#2 (CLASS)``.
     """
     goals_by_number = list(goals)
-    lives: dict[str, list[int]] = {}
+    numbers_by_id: dict[str, list[int]] = {}
     for number, goal in enumerate(goals_by_number):
-        lives.setdefault(goal.goal, []).append(number)
+        numbers_by_id.setdefault(goal.goal, []).append(number)
     parents: dict[int, int | None] = {}
     for number, goal in enumerate(goals_by_number):
-        parent_lives = lives.get(parent_id(goal.parent) or "", [])
-        # the last life before the goal; the first life if the goal names its parent in advance
-        earlier_lives = [life_number for life_number in parent_lives if life_number < number]
-        parents[number] = earlier_lives[-1] if earlier_lives else parent_lives[0] if parent_lives else None
+        parent_numbers = numbers_by_id.get(parent_id(goal.parent) or "", [])
+        # the parent's last life before the goal; its first life if the goal names its parent in advance
+        earlier_numbers = [parent_number for parent_number in parent_numbers if parent_number < number]
+        parents[number] = next(iter(earlier_numbers[-1:] or parent_numbers), None)
     for number, branch in draw_branches(Forest(parents)):
         goal = goals_by_number[number]
-        life = lives[goal.goal].index(number) + 1
+        life = numbers_by_id[goal.goal].index(number) + 1
         yield goal_line(
             branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, show_modes=show_modes
         )
@@ -129,7 +131,7 @@ def latest_lines(lines: Iterable[Line]) -> Iterator[Line | str]:
 
 
 def draw_branches(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
-    """Yield the goals of a forest with the branches to their left."""
+    """Yield the goals of a forest with the branches to their left, parents before their children."""
     stems: list[str] = []  # the lines before the children of the ancestors
 
     for goal, depth in forest.walk():

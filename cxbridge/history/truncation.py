@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-MAX_TEXT = 2000
+# Chosen freely: longer than usual skill strings and errors.
+MAX_TEXT_CHARACTERS = 2000
 """The maximum number of characters of a text on a page."""
 
 
-def truncate(text: str, max_length: int = MAX_TEXT) -> str:
-    """Return a text; of a longer text, the first ``max_length`` characters and the number of all."""
+def truncate(text: str, max_length: int = MAX_TEXT_CHARACTERS) -> str:
+    """Return the first ``max_length`` characters of a text, followed by its length if the text is longer."""
     return text if len(text) <= max_length else f"{text[:max_length]} … ({len(text)} characters)"

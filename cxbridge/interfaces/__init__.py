@@ -23,7 +23,7 @@ _MODULE_BY_NAME = {
 
 
 def __getattr__(name: str) -> Any:
-    """Return the class of a shipped interface type, or import a public name on first use."""
+    """Return the class of a shipped interface type, or a public name, imported on first use."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
     if name in _MODULE_BY_NAME:

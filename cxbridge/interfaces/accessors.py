@@ -11,7 +11,7 @@ refuses a value leaves the field unchanged.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from enum import IntEnum
 from functools import lru_cache
 from operator import attrgetter
@@ -42,8 +42,8 @@ def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum]
     """Return the property of a field.
 
     :param owner: the name of the interface or message, for error messages.
-    :param slot: the number of the field in the view.
-    :param enum: the class of the values of an enum field.
+    :param slot: the number of the field in the view, 0 for ``f0``.
+    :param enum: the class of the values of an enum field; None for other fields.
     """
     if field.is_string:
         accessors = _make_string_accessors(owner, field, slot)
@@ -140,7 +140,7 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
     """Return a setter for sequences; missing elements become zero."""
     pack_into, offset, end = layout.pack_into, field.offset, field.offset + field.size
 
-    def set_elements(self: Any, value: Iterable[Any]) -> None:
+    def set_elements(self: Any, value: Collection[Any]) -> None:
         buffer = self._buf
         previous_bytes = buffer[offset:end]
         try:
@@ -148,6 +148,7 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
         except (StructError, OverflowError, TypeError):
             # struct clears the bytes before it raises
             buffer[offset:end] = previous_bytes
+            # only a value with names of enum items or too few elements pays for a second attempt
             try:
                 pack_into(buffer, offset, *_pad_elements(field, value, enum))
             except (StructError, OverflowError, TypeError):
@@ -167,14 +168,18 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
     return set_bools if field.storage.python_type is bool else set_elements
 
 
-def _pad_elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | None) -> list[Any]:
-    """Return all elements of an array, with enum names as numbers and zeros at the end."""
+def _pad_elements(field: FieldSchema, value: Collection[Any], enum: type[IntEnum] | None) -> list[Any]:
+    """Return all elements of an array, with enum names as numbers and zeros at the end.
+
+    :raises TypeError: if the value has no length.
+    """
     elements = list(value)
     if enum is not None:
         elements = [
             getattr(enum, element, element) if isinstance(element, str) else element for element in elements
         ]
-    return elements + [0] * (field.runtime_length - len(elements))
+    # of the value, because len() refuses an iterator, whose elements the first attempt has consumed
+    return elements + [0] * (field.runtime_length - len(value))
 
 
 def fit_text(text: str, room: int) -> bytes:
@@ -193,8 +198,9 @@ def fit_text(text: str, room: int) -> bytes:
     return encoded[:cut]
 
 
-_MAX_QUOTED_CHARACTERS = 60  # characters of a refused value in an error
-_MAX_CACHED_TEMPLATES = 1024  # for each template and number of a field
+_MAX_QUOTED_CHARACTERS = 60  # of a refused value in an error, so that the error stays readable
+# One entry for each template and number of a field: enough for the five templates and 200 fields.
+_MAX_CACHED_TEMPLATES = 1024
 
 # The setters of numbers and strings compare values only while the block is not marked as changed; the setter
 # of truth values always compares, which is as fast as writing. `adapt` converts a value, or raises an error.

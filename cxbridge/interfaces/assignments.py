@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import IntEnum
 from typing import Any
 
@@ -29,7 +29,7 @@ _BOOL_LITERALS = {
 def assign(block: Block, assignments: Iterable[str]) -> bool:
     """Set fields by ``NAME=VALUE``, or ``NAME=V,V,V`` for arrays.
 
-    Enum values are names or numbers.
+    Enum values are names or numbers. Missing elements of an array become zero.
 
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
@@ -76,10 +76,11 @@ def set_field(block: Block, name: str, value: Any) -> None:
     :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts a long text, and accepts a number without an
     enum item; this function refuses both.
 
-    :raises InterfaceError: if the value does not fit.
+    :raises InterfaceError: if there is no such field, or the value does not fit.
     """
     field = block.field(name)
     if field.is_string and isinstance(value, str):
+        # a surrogate counts as the byte for which it stands; `set` refuses surrogates that stand for no byte
         if len(value.encode(errors="replace")) > field.text_room or "\0" in value:
             raise InterfaceError(
                 f"the text for {block.SCHEMA.name}.{name} does not fit: '{value}'",
@@ -111,10 +112,11 @@ def field_text(value: Any) -> str:
     return str(json_value(value))
 
 
-def fields_text(values: Mapping[str, Any], names: Iterable[str] | None = None) -> str:
-    """Return fields as ``name=value name=value``.
+def fields_text(values: Mapping[str, Any], names: Collection[str] | None = None) -> str:
+    """Return fields as ``name=value name=value``, in the order of ``values``.
 
+    :param values: the values by field name.
     :param names: the fields to include; None includes all.
     """
-    chosen_names = values if names is None else [name for name in values if name in set(names)]
+    chosen_names = values if names is None else [name for name in values if name in names]
     return " ".join(f"{name}={field_text(values[name])}" for name in chosen_names)

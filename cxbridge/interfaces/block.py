@@ -47,8 +47,8 @@ class Block:
         """Make a block of zeros."""
         self._buf = bytearray(self.SCHEMA.datasize)
         self._view = self.VIEW.from_buffer(self._buf)
-        self._changed = False  # whether a property's setter changed a value
-        self._refreshed = False  # whether a setter was called, even with an equal value
+        self._changed = False  # whether a property's setter changed a value since the last write
+        self._refreshed = False  # whether a setter was called since the last write, even with an equal value
 
     @classmethod
     def fields(cls) -> tuple[FieldSchema, ...]:
@@ -72,22 +72,26 @@ class Block:
 
     @classmethod
     def maxlenof(cls, name: str) -> int:
-        """Return the length of an array or string, 1 for a single value (``maxlenof_NAME()`` in Fawkes)."""
+        """Return the length of an array or string, 1 for a single value (``maxlenof_NAME()`` in Fawkes).
+
+        :raises InterfaceError: if there is no such field.
+        """
         return cls.field(name).runtime_length
 
     def get(self, name: str, index: int | None = None) -> Any:
         """Return the value of a field, or an element of an array.
 
+        :param index: the index of the element; None: the whole value.
         :raises InterfaceError: if there is no such field or element.
         """
         accessor = self._accessor(name)
         value = accessor.fget(self)
         if index is None:
             return value
-        return value[self._check_index(self.field(name), index)]
+        return value[self._valid_index(self.field(name), index)]
 
     def set(self, name: str, value: Any, index: int | None = None) -> None:
-        """Set a field, or an element of an array; enum values may be names or numbers.
+        """Set a field, or the element ``index`` of an array; enum values may be names or numbers.
 
         Like Fawkes' generic access (field iterators, CLIPS), this method marks the block as refreshed but
         never as changed.
@@ -96,9 +100,9 @@ class Block:
         """
         accessor = self._accessor(name)
         if index is not None:
-            position = self._check_index(self.field(name), index)
+            valid_index = self._valid_index(self.field(name), index)
             elements = list(accessor.fget(self))
-            elements[position] = value
+            elements[valid_index] = value
             value = elements
         was_changed = self._changed
         accessor.fset(self, value)
@@ -110,6 +114,7 @@ class Block:
         :raises InterfaceError: if there is no such field.
         """
         accessor = self.ACCESSORS.get(name)
+        # field() raises the error for an unknown name
         return self.ACCESSORS[self.field(name).name] if accessor is None else accessor
 
     def as_dict(self) -> dict[str, Any]:
@@ -143,7 +148,11 @@ class Block:
         seconds, microseconds = STAMP.unpack_from(self._buf)
         return int(seconds) * MICROSECONDS + int(microseconds)
 
-    def _check_index(self, field: FieldSchema, index: int) -> int:
+    def _valid_index(self, field: FieldSchema, index: int) -> int:
+        """Return an index of an element.
+
+        :raises InterfaceError: if the field has no such element.
+        """
         if not field.is_array:
             raise InterfaceError(f"{self.SCHEMA.name}.{field.name} is a single value and has no index")
         if not 0 <= index < field.runtime_length:

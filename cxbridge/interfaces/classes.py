@@ -27,6 +27,8 @@ def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
 
     The class has a property for each field, and attributes for message classes, enums, enum items and
     constants.
+
+    :raises InterfaceError: if the layout of the schema differs from that of a C struct on this machine.
     """
     enums = {enum.name: make_enum(enum) for enum in schema.enums}
     messages = {message.name: _make_message_class(message, schema, enums) for message in schema.messages}
@@ -53,7 +55,7 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 
 def enum_member_name(name: str) -> str:
     """Return the name of an enum item in Python, with an underscore if the name is reserved."""
-    # Python's enums refuse an item called mro, and treat names with underscores at both ends as attributes
+    # Python's enums refuse items with the names mro and _x_, and take __x__ for an attribute
     is_reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
     return f"{name}_" if is_reserved else name
 

@@ -39,7 +39,8 @@ _DEFINITION = r"""
 '''
 _ZERO_LITERALS = {"bool": "False", "str": '""', "float": "0.0", "int": "0"}
 # The names of a definition, messages with many fields, and bool fields may break these rules of ruff. The
-# docstrings of stubs, which PYI021 forbids, are for editors.
+# docstrings of stubs, which PYI021 forbids, are for editors. TC001 and TC003 are about imports at run time,
+# which stubs do not have. RUF100 reports the rules that a stub does not break.
 _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
 
 
@@ -93,10 +94,10 @@ class _StubWriter:
 
         :param in_messages: whether to look only at messages.
         """
-        field_tuples = [message.fields for message in self._schema.messages]
+        fields_of_blocks = [message.fields for message in self._schema.messages]
         if not in_messages:
-            field_tuples.append(self._schema.fields)
-        return any(field.is_array for fields in field_tuples for field in fields)
+            fields_of_blocks.append(self._schema.fields)
+        return any(field.is_array for fields in fields_of_blocks for field in fields)
 
     def _class_lines(self) -> Iterator[str]:
         schema = self._schema
@@ -126,9 +127,9 @@ class _StubWriter:
 
     def _constant_lines(self) -> Iterator[str]:
         for constant in self._schema.constants:
-            python_type = type(constant.value).__name__
+            type_name = type(constant.value).__name__
             yield ""
-            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python_type}]"
+            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{type_name}]"
             yield from _docstring_lines(constant.comment, _INDENT)
 
     def _message_lines(self, message: MessageSchema) -> Iterator[str]:
@@ -148,13 +149,13 @@ class _StubWriter:
         yield f"{indent}def __init__("
         yield f"{body_indent}self,"
         for name, field in zip(names, message.fields, strict=True):
-            python_type = _find_python_type(field, f"{self._schema.name}.")
+            type_name = _python_type_name(field, f"{self._schema.name}.")
             if field.is_array:
-                yield f"{body_indent}{name}: Sequence[{python_type}] = (),"
+                yield f"{body_indent}{name}: Sequence[{type_name}] = (),"
             elif field.is_enum:
-                yield f"{body_indent}{name}: {python_type} | int = 0,"
+                yield f"{body_indent}{name}: {type_name} | int = 0,"
             else:
-                yield f"{body_indent}{name}: {python_type} = {_ZERO_LITERALS[python_type]},"
+                yield f"{body_indent}{name}: {type_name} = {_ZERO_LITERALS[type_name]},"
         yield f"{indent}) -> None: ..."
 
     def _annotation_lines(
@@ -166,14 +167,14 @@ class _StubWriter:
         :param enum_prefix: the qualifier of the interface's enums, empty within the interface's class.
         """
         for field in fields:
-            python_type = _find_python_type(field, enum_prefix)
+            type_name = _python_type_name(field, enum_prefix)
             yield ""
             name = attribute_name(field.name, base)
-            yield f"{indent}{name}: {f'Array[{python_type}]' if field.is_array else python_type}"
+            yield f"{indent}{name}: {f'Array[{type_name}]' if field.is_array else type_name}"
             yield from _docstring_lines(field.comment, indent)
 
 
-def _find_python_type(field: FieldSchema, enum_prefix: str) -> str:
+def _python_type_name(field: FieldSchema, enum_prefix: str) -> str:
     if field.is_enum:
         return enum_prefix + attribute_name(field.type, Interface)
     return field.storage.python_type.__name__

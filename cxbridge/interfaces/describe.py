@@ -28,7 +28,7 @@ def describe_schema_for_json(schema: InterfaceSchema) -> dict[str, Any]:
             for enum in schema.enums
         ],
         "constants": [
-            {"name": constant.name, "type": constant.type, "value": _convert_constant(constant)}
+            {"name": constant.name, "type": constant.type, "value": _constant_for_json(constant)}
             for constant in schema.constants
         ],
     }
@@ -61,7 +61,7 @@ def _message_object(message: MessageSchema) -> dict[str, Any]:
     }
 
 
-def _convert_constant(constant: ConstantSchema) -> bool | int | float | str:
+def _constant_for_json(constant: ConstantSchema) -> bool | int | float | str:
     constant_type = TYPES[constant.type]
     if constant_type.python_type is float:
         return float(f"{constant_type.round(float(constant.value)):.{constant_type.digits}g}")

@@ -14,7 +14,8 @@ from typing import Any
 
 from msgspec import Struct
 
-# The lengths bound the time for hostile numbers; 20 digits are enough for any 64-bit integer.
+# The lengths bound the time for hostile numbers; 20 digits are enough for any 64-bit integer. Blanks before a
+# number are allowed, but not after it: Fawkes' generator uses strtoll and strtod.
 _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
 _DECIMAL = re.compile(r"\s*[+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
 _INT64_MAX = (1 << 63) - 1

@@ -65,6 +65,7 @@ class Interface(SharedBlock, Closing):
 
         :param values: the values of the first fields; the other fields are zero.
         :raises InterfaceError: if a value does not fit.
+        :raises TypeError: if there are more values than fields.
         :raises UnknownMessageTypeError: if the interface has no such message.
         """
         message_class = self.MESSAGES.get(message_type)
@@ -73,7 +74,7 @@ class Interface(SharedBlock, Closing):
         return message_class(*values)
 
     def msgq_enqueue(self, message: Message, *, proxy: bool = False, message_id: int | None = None) -> int:
-        """Send ``message`` to the writer; the object itself is put into the writer's queue.
+        """Send ``message`` to the writer. A local blackboard puts the object itself into the writer's queue.
 
         :param proxy: whether to keep the source of another sender's message.
         :param message_id: the id of another sender's message; by default the next id.
@@ -82,8 +83,10 @@ class Interface(SharedBlock, Closing):
             itself, without gaps.
         :raises EnqueueDeniedError: on a writer.
         :raises ForeignMessageError: if the message belongs to another interface type.
-        :raises MessageAlreadyQueuedError: if the message was sent before.
+        :raises MessageAlreadyQueuedError: if the message was queued before.
         :raises NoWriterError: if the interface has no writer.
+        :raises QueueFullError: if the writer's queue is full.
+        :raises InvalidInstanceError: if the instance is closed.
         """
         if self._queue is not None:
             raise EnqueueDeniedError(self.type, self.id)
@@ -111,7 +114,7 @@ class Interface(SharedBlock, Closing):
         return self._port.next_id_is_stale(self._last_message_id)
 
     def msgq_enqueue_copy(self, message: Message) -> int:
-        """Send a copy; ``message`` gets the id of the copy, and can be sent again."""
+        """Send a copy, and return its id. ``message`` gets the same id, and can be sent again."""
         copy = message.copy()
         message_id = self.msgq_enqueue(copy)
         message.address(message_id, copy.recipient, self.serial, self.serial)

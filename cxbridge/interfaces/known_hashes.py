@@ -47,7 +47,7 @@ def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
 
 
 def hash_for_wire(schema: InterfaceSchema) -> bytes:
-    """Return the hash to send to Fawkes: that of Fawkes for this layout, else that of the definition."""
+    """Return the hash to send to Fawkes: the first known hash of this layout, else that of the definition."""
     return next(iter(known_hashes(schema)), schema.hash)
 
 

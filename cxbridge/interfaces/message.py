@@ -22,7 +22,7 @@ InstanceT_contra = TypeVar("InstanceT_contra", contravariant=True)
 """The type of opened instances, :class:`~cxbridge.interfaces.instance.Interface`."""
 
 
-class OpenedBlock(Protocol):
+class InstanceIdentity(Protocol):
     """The identity of an instance."""
 
     @property
@@ -55,7 +55,7 @@ class Port(Protocol[InstanceT_contra]):
         """
 
     def publish(
-        self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+        self, writer: InstanceIdentity, block: bytes | bytearray, stamped: bool | None, changed: bool
     ) -> int:
         """Copy the writer's private block to the shared block and notify the listeners.
 
@@ -144,6 +144,8 @@ class Message(Block):
 
     :param values: the values of the fields in the order of declaration; the other fields are zero.
     :param by_name: further values by field name.
+    :raises TypeError: if there are more values than fields.
+    :raises InterfaceError: if a value does not fit, or there is no such field.
     """
 
     SCHEMA: ClassVar[MessageSchema]
@@ -164,7 +166,7 @@ class Message(Block):
 
     def __init__(self, *values: Any, **by_name: Any) -> None:
         super().__init__()
-        # written by `address` and the marks, for senders and transports
+        # `address`, `mark_foreign` and `mark_enqueued` set these attributes, for senders and transports
         self.id = 0
         """The 16-bit number that the sending instance assigned, from 1; 0 before sending."""
         self.sender_id: UUID | None = None
@@ -238,7 +240,7 @@ class Message(Block):
         STAMP.pack_into(self._buf, 0, time_us // MICROSECONDS, time_us % MICROSECONDS)
 
     def copy(self) -> Self:
-        """Return a copy of content and envelope, which has not been queued."""
+        """Return a copy with the same content and envelope. The copy has not been queued."""
         duplicate = type(self)()
         duplicate.set_from_chunk(self.to_bytes())
         STAMP.pack_into(duplicate._buf, 0, 0, 0)  # erases the time of queueing

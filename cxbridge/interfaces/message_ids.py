@@ -1,12 +1,12 @@
-"""Numbers that senders assign to their messages.
+"""Ids that senders assign to their messages.
 
-An instance counts its messages with 16 bits. A writer shows the number of the message it processes, by
-convention in the field ``msgid``; readers recognise the results of their messages only by this number. A
-sender therefore leaves out two numbers:
+An instance counts its messages with 16 bits. A writer shows the id of the message it processes, by convention
+in the field ``msgid``; readers recognise the results of their messages only by this id. A sender therefore
+leaves out two ids:
 
 - 0, which means that no message is processed or was sent;
 
-- the number that the interface already shows. All senders count from 1: the number belongs to an earlier
+- the id that the interface already shows. All senders count from 1: the id belongs to an earlier
   message, perhaps of another sender. The sender would take the shown state for the result of its new message.
 """
 
@@ -24,7 +24,7 @@ NO_MESSAGE: Final = 0
 """The id that means no message."""
 
 ID_FIELDS: Final = ("msgid", "msg_id")
-"""The fields in which writers show, by convention, the number of the message that they process."""
+"""The fields in which writers show, by convention, the id of the message that they process."""
 
 _U32: Final = struct.Struct("=I")
 
@@ -35,8 +35,8 @@ def next_id(last_id: int, shown_id: int = NO_MESSAGE) -> int:
     :param last_id: the last id of the sender, 0 before its first message.
     :param shown_id: the id that the interface shows, 0 for no message.
     """
-    number = last_id % MESSAGE_ID_MASK + 1  # 65535 is followed by 1
-    return number if number != shown_id else number % MESSAGE_ID_MASK + 1
+    new_id = last_id % MESSAGE_ID_MASK + 1  # 65535 is followed by 1
+    return new_id if new_id != shown_id else new_id % MESSAGE_ID_MASK + 1
 
 
 def id_offset(schema: InterfaceSchema) -> int | None:
@@ -56,6 +56,6 @@ def read_id(block: bytes | bytearray, offset: int | None) -> int:
     return NO_MESSAGE if offset is None else int(_U32.unpack_from(block, offset)[0])
 
 
-def replace_id(block: bytes, offset: int, number: int) -> bytes:
+def replace_id(block: bytes, offset: int, message_id: int) -> bytes:
     """Return a copy of a block that shows another message id."""
-    return block[:offset] + _U32.pack(number) + block[offset + _U32.size :]
+    return block[:offset] + _U32.pack(message_id) + block[offset + _U32.size :]

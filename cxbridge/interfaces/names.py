@@ -6,15 +6,16 @@ import re
 from typing import Final
 
 MAX_TYPE_LENGTH: Final = 48
-"""The maximum number of characters in the name of an interface type."""
+"""The maximum number of characters in the name of an interface type: Fawkes' ``INTERFACE_TYPE_SIZE_``."""
 
+# INTERFACE_MESSAGE_TYPE_SIZE_ of Fawkes without NUL
 MAX_MESSAGE_LENGTH: Final = 63
 """The maximum number of characters in the name of a message type, including the suffix."""
 
 INTERFACE_SUFFIX: Final = "Interface"
 MESSAGE_SUFFIX: Final = "Message"
 
-# several names in a line, because the lists are long
+# The lists of Fawkes' interface generator (checker.cpp), several names in a line, because the lists are long.
 # fmt: off
 RESERVED_IN_INTERFACES: Final = frozenset(
     {
@@ -48,15 +49,18 @@ _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
 
 
 def is_identifier(name: str) -> bool:
-    """Return whether a name is an identifier in C++ and Python; both languages reserve ``__x``."""
+    """Return whether a name has the form of an identifier in C++ and Python, and no leading ``__``.
+
+    Keywords have this form, too. C++ reserves names such as ``__x``, and Python renames them within classes.
+    """
     return _IDENTIFIER.fullmatch(name) is not None
 
 
 def interface_type_name(name: str) -> str:
-    """Return the name with the suffix, unless it contains ``Interface``."""
+    """Return a name, with the suffix ``Interface`` appended unless the name contains it."""
     return name if INTERFACE_SUFFIX in name else name + INTERFACE_SUFFIX
 
 
 def message_type_name(name: str) -> str:
-    """Return the name with the suffix, unless it contains ``Message``."""
+    """Return a name, with the suffix ``Message`` appended unless the name contains it."""
     return name if MESSAGE_SUFFIX in name else name + MESSAGE_SUFFIX

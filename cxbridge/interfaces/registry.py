@@ -65,7 +65,7 @@ class InterfaceRegistry:
             return schema
 
     def get(self, name: str) -> type[Interface]:
-        """Return the class of a type, always the same class.
+        """Return the class of a type, the same class at each call until :meth:`add` replaces it.
 
         :raises InterfaceError: if no folder has the type.
         :raises InterfaceDefinitionError: if its file is invalid.

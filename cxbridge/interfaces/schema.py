@@ -44,8 +44,11 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     :param offset: the number of bytes from the start of the block.
     :param size: the number of bytes of all elements.
     :param elem_size: the number of bytes of an element, also its alignment.
-    :param default: the original text, which Fawkes does not use; blocks start as zeros.
-    :param flags: ``changed_indicator`` or empty; Fawkes does not use the flag.
+    :param enum: the enum that ``type`` names; None for a built-in type.
+    :param default: the original text; None without a default. Fawkes does not use defaults: blocks start as
+        zeros.
+    :param flags: the flags of the definition. Fawkes knows only ``changed_indicator``, but does not use
+        it.
     """
 
     name: str
@@ -95,7 +98,10 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
 
 
 class MessageSchema(Struct, frozen=True, omit_defaults=True):
-    """A message of an interface; its name has the suffix ``Message``."""
+    """A message of an interface; its name contains ``Message``.
+
+    :param datasize: the number of bytes of the block, a multiple of 8.
+    """
 
     name: str
     datasize: int
@@ -110,7 +116,7 @@ class MessageSchema(Struct, frozen=True, omit_defaults=True):
 class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
     """An interface definition with its layout.
 
-    :param name: the type's name with the suffix ``Interface``.
+    :param name: the type's name, which contains ``Interface``.
     :param hash: the MD5 of the definition file, 16 bytes.
     :param datasize: the number of bytes of the block, a multiple of 8.
     :param source: the definition file, empty for a definition without a file.

@@ -25,6 +25,8 @@ _COPY_REPLACED: Final = -2
 class SharedBlock(Block):
     """A private copy of a shared block, opened for reading or for writing.
 
+    After closing, `has_writer`, `num_readers`, `writer` and `readers` raise :exc:`InvalidInstanceError`.
+
     :param serial: unique to this instance.
     """
 
@@ -67,7 +69,7 @@ class SharedBlock(Block):
         self.is_writer: Final = writer
         """Whether the instance was opened for writing."""
         self._version = _NEVER_READ  # the version of the shared block that the private copy equals
-        self._read_version = 0  # the version of the shared block at the last read
+        self._read_version = 0  # the version of the shared block at the last read or write
         self._read_refreshed = False
         self._read_changed = False
         self._explicit_stamp_us: int | None = None
@@ -111,7 +113,7 @@ class SharedBlock(Block):
 
     @property
     def num_readers(self) -> int:
-        """The number of readers, including this instance."""
+        """The number of readers, including this instance if it is a reader."""
         return len(self._port.reader_owners())
 
     @property
@@ -133,7 +135,7 @@ class SharedBlock(Block):
 
     @property
     def version_read(self) -> int:
-        """The number of writes of the shared block at the last :meth:`read`."""
+        """The number of writes of the shared block at the last :meth:`read` or :meth:`write`; 0 before."""
         return self._read_version
 
     def read(self) -> bool:
@@ -156,12 +158,15 @@ class SharedBlock(Block):
         if replaced_copy is not None:
             self._compare_with_replaced(replaced_copy)
         self._version = self._read_version = version
+        # as in Fawkes, the flags of a writer last until its next write
         if not self.is_writer:
             self._refreshed = self._changed = False
         return self._read_refreshed
 
     def write(self) -> None:
-        """Publish the private copy; listeners are called in this thread before the method returns.
+        """Publish the private copy.
+
+        On a local blackboard, listeners are called in this thread before the method returns.
 
         If a setter was called since the last write, the block gets a new time stamp: that of the clock, or
         the explicit time stamp while :attr:`auto_timestamping` is off. Otherwise the time stamp stays.

@@ -105,7 +105,8 @@ def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool
 def make_only_base(options: RunOptions) -> RunBase:
     """Make the base of a run with one agent.
 
-    :raises CxbridgeError: if the scenario has several agents and the options choose none.
+    :raises ConfigError: if the scenario has several agents and the options choose none.
+    :raises CxbridgeError: as :func:`make_base`.
     """
     base = make_base(options)
     if names := [] if options.agent else agent_names(base.config):
@@ -128,11 +129,14 @@ class RecordedEnvironment(Protocol):
         """Make the components that play Skillers, executors and sensors."""
 
     def is_over(self, now_us: int, *, run_is_over: bool) -> bool:
-        """Return whether the replay has reached the end of the recording."""
+        """Return whether the replay is over.
+
+        :param run_is_over: whether the run itself has ended.
+        """
 
 
 class Run(Closing):
-    """One agent with its components. :meth:`start` loads the agent; a context manager closes the run.
+    """One agent with its components. :meth:`start` loads the agent; leaving a ``with`` block closes the run.
 
     :param base: the configuration, clock, bus and loop; by default made from the options.
     :param replay: the recorded environment, which replaces Skillers and local executors.
@@ -147,7 +151,7 @@ class Run(Closing):
     """Whether the run needs an executive."""
 
     waits_for_skiller = True
-    """Whether a remote Skiller must exist from start to end."""
+    """Whether the start waits for a remote Skiller, without which the run ends."""
 
     def __init__(
         self,
@@ -263,11 +267,17 @@ class Run(Closing):
 
     @property
     def watch_level(self) -> str:
-        """The level at which rules and facts are watched: of the recording, or all if clients may ask."""
+        """The level of a recording that determines the watched rules and facts.
+
+        The level is ``facts``, which watches all, if clients may ask for them.
+        """
         return "facts" if self.has_clients else self.options.trace_level
 
     def start(self) -> None:
-        """Start the components and add them to the main loop, the executive last."""
+        """Start the components and add them to the main loop, the executive last.
+
+        :raises CxbridgeError: if a component cannot start.
+        """
         node, thinking = self.thinking_node, self.thinking
         assert node is not None
         assert thinking is not None
@@ -317,10 +327,10 @@ class Run(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether all root goals have ended, no skill runs and the agenda is empty.
+        """Whether the executive is over and no component has work to wait for.
 
-        A goal has ended when it is retracted or removed, or waits in MAINTAIN. A replay is over at the end of
-        the recording.
+        :attr:`Executive.is_over <cxbridge.executive.executive.Executive.is_over>` says when an executive is
+        over. The recorded environment of a replay decides when the replay is over.
         """
         # a skill may run longer than the goal that started the skill
         is_over = self.executive.is_over and not any(component.running for component in self.components)

@@ -17,12 +17,12 @@ from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.plugins import Table, package_hint
 
 AGENTS = "/cxbridge/agents"
-"""The agents of a scenario by name. A scenario without this key has one unnamed agent."""
+"""The path of a scenario's agents by name. A scenario without this path has one unnamed agent."""
 
 AGENT_NAME = "/fawkes/agent/name"
-"""The name of an agent in a team; rules read it as wm-fact ``/config/agent/name``."""
+"""The path of an agent's name in a team; rules read the name as wm-fact ``/config/agent/name``."""
 
-_AGENT_NAME = re.compile(r"[A-Za-z0-9_-]+")
+_VALID_NAME = re.compile(r"[A-Za-z0-9_-]+")
 _AGENT_KEYS = ("config", "spec")
 
 
@@ -38,6 +38,7 @@ def make_configured_clock(name: str, config: Configuration, folder: Path) -> Clo
     :param config: the settings for clocks of plug-ins.
     :param folder: the base of relative paths in the configuration.
     :raises ConfigError: if the name is unknown or the configuration is wrong.
+    :raises PluginError: if the clock of a plug-in cannot be loaded.
     """
     for row in CLOCKS.rows:
         if row.name == name:
@@ -90,7 +91,7 @@ def agent_names(config: Configuration) -> list[str]:
     for name in names:
         path = f"{AGENTS}/{name}"
         # the name also names the CLIPS environment, and is part of interface ids and file names
-        if not _AGENT_NAME.fullmatch(name) or name == ENVIRONMENT:
+        if not _VALID_NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; '{ENVIRONMENT}' is the environment of an unnamed agent"
             raise config.error(path, f"{path} is not a valid name of an agent", hint)
         if _is_value(config, path):

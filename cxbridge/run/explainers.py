@@ -1,7 +1,8 @@
 """Calls of explainers: modules of plug-ins that explain runs and mistakes of agents.
 
 An explainer module has one or several functions, which docs/plugins.md lists. A function of this module calls
-the function of the first explainer that has it. The modules are imported at the first call.
+the function of the first explainer that has it; :func:`with_explanations` calls those of all explainers. The
+modules are imported at the first call.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def _call_first(name: str, default: T, *arguments: object) -> T:
 
 
 def mistakes(options: RunOptions) -> Sequence[str]:
-    """Return the mistakes in the files of an agent that a run does not refuse; none without a plug-in.
+    """Return the mistakes in an agent's files with which a run can start; empty without a plug-in.
 
     :param options: the options of a run that has started.
     """

@@ -153,6 +153,7 @@ def test_enums_are_members_and_unknown_numbers_are_numbers() -> None:
         ("INT32_LIST", 7),
         ("INT32_LIST", "ab"),
         ("INT32_LIST", None),
+        ("INT32_LIST", iter([1, 2])),
         ("BOOL_LIST", [1, 0]),
         ("BOOL_LIST", 1),
         ("BOOL_LIST", [True] * 4),

@@ -23,7 +23,7 @@ from cxbridge.cli.console import local_time, say, say_json, say_lines, say_resul
 from cxbridge.cli.discovery import group_rows, make_group_class
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping
 
     from cxbridge.blackboard import BlackBoard, InterfaceInfo
     from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
@@ -312,7 +312,7 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
     """
     from cxbridge.interfaces.assignments import fields_text
 
-    fields: Iterable[str] = ()
+    fields: Collection[str] = ()
     if change.kind == "data":
         earlier_values = last_values.get(change.uid)
         last_values[change.uid] = change.values

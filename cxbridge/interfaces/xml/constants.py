@@ -34,9 +34,9 @@ def read_constant(element: Element, scope: NameScope, findings: Findings) -> Con
 
 
 def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSchema:
-    """Read an ``enum``; invalid items are left out.
+    """Read an ``enum``; invalid items are left out, and their errors collected.
 
-    :raises InterfaceDefinitionError: if its name is invalid, or the enum has no items.
+    :raises InterfaceDefinitionError: if its name is invalid or in use, or the enum has no items.
     """
     findings.check_form(element, ("name",), ("comment", "item"))
     name = findings.read_name(element, RESERVED_IN_INTERFACES | TYPES.keys())
@@ -54,16 +54,16 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
     return EnumSchema(name, tuple(items), comment)
 
 
-def _read_item(element: Element, number: int, scope: NameScope, findings: Findings) -> EnumItem:
+def _read_item(element: Element, default_value: int, scope: NameScope, findings: Findings) -> EnumItem:
     """Read an ``item``.
 
-    :param number: the value of the item unless the element has a value.
+    :param default_value: the value of the item unless the element has a value.
     """
     findings.check_form(element, ("name", "value"))
     name = findings.read_name(element, RESERVED_IN_INTERFACES)
     scope.add(element, name)
     comment = findings.read_comment(element)
-    text = element.attributes.get("value") or str(number)
+    text = element.attributes.get("value") or str(default_value)
     value = parse_literal("int32", text)
     if not isinstance(value, int):
         raise findings.make_error(

@@ -1,4 +1,4 @@
-"""Reads the fields of an interface definition, and references to them."""
+"""Reading of the fields of an interface definition, and of references to data fields."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The errors and warnings of a definition, collected during one reading.
 
-A mistake that prevents the reading of an element is raised and collected where the element is left out. After
-other mistakes the reading of the element continues.
+A mistake that prevents the reading of an element is raised as an error. The reader of the enclosing element
+collects the error and leaves the element out. After other mistakes the reading of the element continues.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.interfaces.xml.tree import Element
 class Findings(Struct):
     """The errors and warnings of one file.
 
-    :param file: the name of the file for messages.
+    :param file: the name of the file for messages; None for a definition without a file.
     """
 
     file: str | None
@@ -34,7 +34,7 @@ class Findings(Struct):
 
     @contextmanager
     def collecting_error(self) -> Iterator[None]:
-        """Collect a mistake that is raised in this block."""
+        """Collect an error that the block raises, and leave the block."""
         try:
             yield
         except InterfaceDefinitionError as error:
@@ -123,15 +123,15 @@ class NameScope(Struct):
     """
 
     findings: Findings
-    _lines: dict[str, int] = field(default_factory=dict)
+    _line_by_name: dict[str, int] = field(default_factory=dict)
 
     def add(self, element: Element, name: str) -> None:
         """Add a name.
 
         :raises InterfaceDefinitionError: if the name exists.
         """
-        if name in self._lines:
+        if name in self._line_by_name:
             raise self.findings.make_error(
-                element, f"the name '{name}' is already used in line {self._lines[name]}"
+                element, f"the name '{name}' is already used in line {self._line_by_name[name]}"
             )
-        self._lines[name] = element.line
+        self._line_by_name[name] = element.line

@@ -52,7 +52,7 @@ class CheckResult(Struct, frozen=True):
 def parse_file(path: str | Path) -> InterfaceSchema:
     """Read a definition file.
 
-    :raises InterfaceDefinitionError: the first error of the file.
+    :raises InterfaceDefinitionError: the first error of the file, or the reason why it cannot be read.
     """
     return _parse(_read_bytes(path), str(path))
 
@@ -70,7 +70,7 @@ def parse_bytes(xml: bytes, file: str | Path | None = None) -> InterfaceSchema:
 
 @lru_cache(maxsize=128)  # enough for the definitions of cxbridge and of a Fawkes checkout
 def _parse(xml: bytes, file: str) -> InterfaceSchema:
-    """Read a file once per process.
+    """Parse each content of a file only once.
 
     Errors are not cached. Definitions of recordings are not cached either: they are freed with the recording.
     """
@@ -90,7 +90,10 @@ def _read_bytes(path: str | Path) -> bytes:
 
 
 def check_file(path: str | Path) -> CheckResult:
-    """Return all errors of a definition file; an unreadable file or a wrong file name is an error, too."""
+    """Return the schema of a definition file, or all its errors.
+
+    An unreadable file or a wrong file name is an error, too.
+    """
     try:
         result = check_bytes(_read_bytes(path), path)
     except InterfaceDefinitionError as error:
@@ -111,7 +114,7 @@ def make_name_error(schema: InterfaceSchema, path: str | Path) -> InterfaceDefin
 
 
 def check_bytes(xml: bytes, file: str | Path | None = None) -> CheckResult:
-    """Return all errors of a definition; never raises."""
+    """Return the schema of a definition, or all its errors; never raises."""
     file_name = None if file is None else str(file)
     try:
         root = read_tree(xml, file_name)
@@ -137,7 +140,10 @@ class _DefinitionReader:
         self._data_comment = ""
 
     def read(self, digest: bytes, source: str) -> InterfaceSchema | None:
-        """Read the whole definition; the result is only valid without errors."""
+        """Read the whole definition; None if the document is no interface.
+
+        The schema is only valid if the findings have no errors.
+        """
         root, findings = self._root, self._findings
         if root.name != "interface":
             findings.report_error(root, f"the document is a <{root.name}>, not an interface")
@@ -177,8 +183,8 @@ class _DefinitionReader:
             )
         return type_name
 
-    def _find_single_child(self, name: str) -> Element | None:
-        """Return the single child of the root with a name, or None."""
+    def _find_only_child(self, name: str) -> Element | None:
+        """Return the first child of the root with a name, or None; report an error for each further child."""
         children = self._root.find_all(name)
         for surplus_child in children[1:]:
             self._findings.report_error(surplus_child, f"a second <{name}>: an interface has at most one")
@@ -186,7 +192,7 @@ class _DefinitionReader:
 
     def _read_constants(self) -> None:
         """Read the optional block of constants and enums."""
-        block = self._find_single_child("constants")
+        block = self._find_only_child("constants")
         if block is None:
             return
         findings = self._findings
@@ -202,7 +208,7 @@ class _DefinitionReader:
     def _read_data(self) -> None:
         """Read the required block of data fields."""
         findings = self._findings
-        block = self._find_single_child("data")
+        block = self._find_only_child("data")
         if block is None:
             findings.report_error(self._root, "the interface has no <data>")
             return

@@ -1,7 +1,8 @@
 """Reading of XML into a tree with the lines and columns of elements.
 
-The parser is expat of the standard library. The reader fetches nothing and expands no entity: it refuses a
-document type with declarations, or with a file other than ``interface.dtd``, before it reads the rest.
+The parser is expat of the standard library. The reader fetches nothing and expands no declared entity: it
+refuses a document type with declarations, or with a file other than ``interface.dtd``, before it reads the
+elements.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ class Element(Struct):
 def read_tree(xml: bytes, file: str | None = None) -> Element:
     """Read a document.
 
-    :raises InterfaceDefinitionError: if the document is too large or not well-formed, or declares or uses
-        entities.
+    :raises InterfaceDefinitionError: if the document is not well-formed, too large or nested too deep, has an
+        unaccepted document type, or uses entities.
     """
     if len(xml) > MAX_FILE_SIZE:
         raise InterfaceDefinitionError(
@@ -91,7 +92,10 @@ class _TreeReader:
         parser.CharacterDataHandler = self._add_text
 
     def read(self) -> Element:
-        """Parse the document."""
+        """Return the root of the document.
+
+        :raises InterfaceDefinitionError: as :func:`read_tree`.
+        """
         try:
             self._parser.Parse(self._xml, True)  # True: the document is complete
         except expat.ExpatError as error:
@@ -101,6 +105,7 @@ class _TreeReader:
                 line=error.lineno,
                 column=error.offset + 1,
             ) from None
+        # Python raises these for an unknown encoding, and for encodings with several bytes per character
         except (LookupError, ValueError) as error:
             raise self._make_error(
                 f"the file is not readable as XML: {error}", "save the file as UTF-8"

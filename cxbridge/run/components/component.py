@@ -89,7 +89,7 @@ class BaseExecutiveComponent(Component):
 
     @abstractmethod
     def skip_finalization(self) -> None:
-        """Let :meth:`finalize` do nothing, as in a killed process."""
+        """Make :meth:`finalize` do nothing, because a killed process fires no finalization rule."""
 
 
 def is_component(loaded: object) -> bool:

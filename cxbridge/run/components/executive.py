@@ -60,7 +60,11 @@ class ExecutiveComponent(BaseExecutiveComponent):
         self.firings += self.context.source.think(self.executive)
 
     def check(self) -> None:
-        """Raise if a Python function called by rules failed unexpectedly, or the agent has quit."""
+        """Raise an error if the executive cannot continue.
+
+        :raises ExecutiveError: if a Python function called by rules failed unexpectedly, or the agent has
+            quit.
+        """
         self.executive.goals.record_ended_goals()  # frees the memory of ended goals
         env = self.executive.env
         if env.faults:
@@ -91,7 +95,7 @@ class ExecutiveComponent(BaseExecutiveComponent):
 
 
 def unasked_features(context: Run) -> list[str]:
-    """Return the names of the features that plug-ins and programs add although the agent requests none."""
+    """Return the names of the features that plug-ins and programs add without a request of the agent."""
     names = [feature.name for feature in context.additions.features]
     names += [row.name for row in FEATURES.rows if row.requested(context)]
     return [name for name in names if not init_mentions(context.config, context.spec, name)]
@@ -128,7 +132,7 @@ def _watch_for_recording(executive: Executive, config: Configuration, level: str
     if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
         return
     watcher = executive.env.watcher
-    watcher.rules.set((), on=True)
+    watcher.rules.set((), on=True)  # no names: all rules
     watcher.rules.set(_CYCLE_RULES, on=False)
     if level == "facts":
         watcher.facts.set((), on=True)

@@ -72,7 +72,7 @@ class FailurePolicy(Enum):
 
 
 class LifecycleError(CxbridgeError):
-    """A transition that the component's state does not permit, or that failed."""
+    """A component cannot take a transition, or there is no such component or transition."""
 
 
 class ComponentFailedError(CxbridgeError):
@@ -84,7 +84,7 @@ class ComponentFailedError(CxbridgeError):
 class ComponentStatus(Struct, frozen=True):
     """A component's state.
 
-    :param reason: why the component is inactive; empty if active or never started.
+    :param reason: why the component is not active; empty if the component is active or was never started.
     :param since_us: the time of the last change, microseconds since the epoch.
     """
 
@@ -129,7 +129,7 @@ class ManagedNode(Generic[ComponentType]):
         self.state = State.UNCONFIGURED
         self.reason = ""
         self.error: Exception = LifecycleError(f"{name} has not failed")
-        """The error of the last failure."""
+        """The error of the last failure; before a failure, an error that says so."""
         self.component = component
         """The component; None while unconfigured, unless the component existed before the node."""
 
@@ -227,9 +227,9 @@ class ComponentManager:
         self.nodes = tuple(nodes)
         self.policy, self.on_change, self._clock, self._log = policy, on_change, clock, log
         self.failure = ""
-        """The first failure under :attr:`FailurePolicy.STOP`; else empty."""
+        """The first failure since :meth:`startup` under :attr:`FailurePolicy.STOP`; else empty."""
         self.first_error: Exception = LifecycleError("nothing has failed")
-        """The exception of :attr:`failure`."""
+        """The exception of :attr:`failure`; before a failure, an error that says so."""
         self.paused = False
         self._changed_us = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
 
@@ -308,14 +308,17 @@ class ComponentManager:
     def start_component(self, name: str) -> None:
         """Activate one component.
 
-        A failure is raised under every policy.
-
-        :raises LifecycleError: if the component is unknown or fails to start.
+        :raises LifecycleError: if the component is unknown.
+        :raises Exception: as :meth:`start`.
         """
         self.start(self._find_changeable_node(name))
 
     def start(self, node: ManagedNode[Any]) -> None:
-        """Activate the component of a node, see :meth:`start_component`."""
+        """Activate the component of a node. A failure is raised under every policy.
+
+        :raises LifecycleError: if the component was shut down or fails to start.
+        :raises Exception: under :attr:`FailurePolicy.RAISE`, the failure itself.
+        """
         name = node.name
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
@@ -340,6 +343,7 @@ class ComponentManager:
         :param transition: the value of a :class:`Transition`.
         :raises LifecycleError: if the component or the transition is unknown, the component's state does not
             permit the transition, or the transition fails.
+        :raises Exception: under :attr:`FailurePolicy.RAISE`, the failure itself.
         """
         node = self._find_changeable_node(name)
         if transition not in list(Transition):
@@ -424,6 +428,7 @@ class ComponentManager:
         """Take a transition; return whether it succeeded.
 
         :param reason: why the component will be inactive; replaced by the error of a failure.
+        :raises Exception: under :attr:`FailurePolicy.RAISE`, the failure.
         """
         state_before, succeeded = node.state, True
         try:

@@ -59,7 +59,7 @@ class SkillBoardComponent(Component):
 
 
 def _make_execution(context: Run) -> Execution:
-    """Return the function that executes calls; with ``--skiller simulator`` it simulates failures.
+    """Return the function that executes calls. With ``--skiller simulator`` the function simulates failures.
 
     :raises SkillerError: if the configuration of failures is wrong.
     """

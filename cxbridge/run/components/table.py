@@ -10,6 +10,8 @@ from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 
 EXECUTIVE: Final = "executive"
+"""The component that runs the rules."""
+
 REMOTE_SKILLER: Final = "remote-skiller"
 """The component of a plug-in that mirrors the Skiller of another blackboard."""
 
@@ -54,7 +56,8 @@ def needed_components(run: Any, *daemon_rows: Row, is_replay: bool = False) -> l
 
     :param daemon_rows: components of daemons only; they start first.
     :param is_replay: whether a recording replaces Skillers, sensors and most components of plug-ins.
-    :raises CxbridgeError: if the configuration is wrong or two components have the same name.
+    :raises CxbridgeError: if the configuration is wrong, two components have the same name, or the plug-in
+        for a remote Skiller is absent.
     """
     executive = COMPONENTS.find(EXECUTIVE)
     candidates = (

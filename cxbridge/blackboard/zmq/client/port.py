@@ -21,7 +21,7 @@ from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.wire.frames import Deliver, Member, ResultCode
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
-from cxbridge.interfaces.message import OpenedBlock
+from cxbridge.interfaces.message import InstanceIdentity
 
 
 class ZmqUplink(Protocol):
@@ -209,7 +209,7 @@ class InterfaceCopy(BoardPort):
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
     def publish(
-        self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
+        self, writer: InstanceIdentity, block: bytes | bytearray, stamped: bool | None, changed: bool
     ) -> int:
         block_copy = bytes(block)
         with self._lock:

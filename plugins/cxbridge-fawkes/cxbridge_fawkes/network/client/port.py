@@ -18,7 +18,7 @@ from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, SENT, emit_message, emit_write
 from cxbridge.events import EventBus, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.message import ClosedPort, OpenedBlock
+from cxbridge.interfaces.message import ClosedPort, InstanceIdentity
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, read_id
 from cxbridge_fawkes.network.client.requests import RequestSender
 from cxbridge_fawkes.network.messages.blackboard import OpenSuccess, WireMessage, pack_data_frame
@@ -143,7 +143,7 @@ class RemotePort(BoardPort):
 
     def publish(
         self,
-        writer: OpenedBlock,  # noqa: ARG002 - always the instance of this port
+        writer: InstanceIdentity,  # noqa: ARG002 - always the instance of this port
         block: bytes | bytearray,
         stamped: bool | None,
         changed: bool,
