@@ -55,7 +55,7 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 
 def enum_member_name(name: str) -> str:
     """Return the name of an enum item in Python, with an underscore if the name is reserved."""
-    # Python's enums refuse items with the names mro and _x_, and take __x__ for an attribute
+    # Python's enums refuse names such as _x_ and the name mro, and take __x__ for an attribute
     is_reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
     return f"{name}_" if is_reserved else name
 

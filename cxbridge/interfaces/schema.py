@@ -47,8 +47,7 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     :param enum: the enum that ``type`` names; None for a built-in type.
     :param default: the original text; None without a default. Fawkes does not use defaults: blocks start as
         zeros.
-    :param flags: the flags of the definition. Fawkes knows only ``changed_indicator``, but does not use
-        it.
+    :param flags: the flags of the definition. Fawkes accepts only ``changed_indicator``, without an effect.
     """
 
     name: str
