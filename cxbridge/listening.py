@@ -65,7 +65,7 @@ def check_server_address(
     hint: str,
     error_class: type[CxbridgeError] = ConfigError,
 ) -> None:
-    """Raise an error for a server that others can reach without a restriction.
+    """Raise an error for a server that other users or machines can reach without a restriction.
 
     :param server: the server's name, for the error.
     :param address: the host or the endpoint.

@@ -140,7 +140,7 @@ class _DefinitionReader:
         self._data_comment = ""
 
     def read(self, digest: bytes, source: str) -> InterfaceSchema | None:
-        """Read the whole definition; None if the document is no interface.
+        """Read the whole definition; None if the document is not an interface.
 
         The schema is only valid if the findings have no errors.
         """
