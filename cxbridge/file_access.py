@@ -165,7 +165,7 @@ def _restore_path_in_error(error: CxbridgeError | OSError, new_path: Path, path:
         error.filename = user_file
     else:
         error.file, error.message = user_file, error.message.replace(str(new_path), str(path))
-        error.args = (error.message,)
+        error.args = (error.message,)  # the arguments for unpickling
 
 
 def walk_folders(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from cxbridge.executive.pddl.grammar import GRAMMAR, START_SYMBOLS, TABLES, Rule, Tables
+from cxbridge.executive.pddl.grammar import GRAMMAR_FILE, START_SYMBOLS, TABLES_FILE, Rule, Tables
 from cxbridge.skiller import templates
 
 
@@ -28,7 +28,7 @@ def make_tables() -> Tables:
         def lex(self, _state: object, _parser_state: object) -> Any:
             """Read nothing."""
 
-    text = GRAMMAR.read_text(encoding="utf-8")
+    text = GRAMMAR_FILE.read_text(encoding="utf-8")
     lark = Lark(text, parser="lalr", lexer=NoLexer, start=list(START_SYMBOLS), strict=True)
     rules = tuple(map(_rule, lark.rules))
     starts, states = _states(lark)
@@ -144,5 +144,5 @@ def _json(value: object) -> str:
 
 
 if __name__ == "__main__":
-    TABLES.write_text(format_tables(make_tables()), encoding="utf-8")
+    TABLES_FILE.write_text(format_tables(make_tables()), encoding="utf-8")
     templates.TERMINALS.write_text(format_terminals(make_terminals()), encoding="utf-8")

@@ -1,7 +1,7 @@
-"""The steps of plans, and the notation of plans in recordings.
+"""The planned actions, which are the steps of a plan, and the notation of plans in recordings.
 
-A plan has two notations: the notation of plan files, with few decimals (``str`` of a step), and the notation
-of recordings, with exact times (:func:`plan_text`).
+A plan has two notations: the notation of plan files, with few decimals (``str`` of a planned action), and
+the notation of recordings, with exact times (:func:`plan_text`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _ACTION_PATTERN: Final = re.compile(
 
 
 class PlannedAction(NamedTuple):
-    """A step of a plan.
+    """A planned action: a step of a plan.
 
     :param start: the start in seconds after the plan's start; None in an untimed plan.
     :param duration: the planned duration in seconds; None for an action without duration.
@@ -31,7 +31,7 @@ class PlannedAction(NamedTuple):
     duration: float | None = None
 
     def __str__(self) -> str:
-        """Return the step in the notation of plan files."""
+        """Return the action in the notation of plan files."""
         text = f"({' '.join((self.name, *self.arguments))})"
         if self.start is not None:
             text = f"{_format_seconds(self.start)}: {text}"

@@ -98,7 +98,8 @@ class Watcher:
         self._names: dict[CData, str] = {}  # names of deftemplates by pointer
         self._unwatched_templates: set[CData] = set()  # pointers of deftemplates without listeners
         self._emits_facts = False
-        self._fact_texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
+        # the texts of emitted facts by index: the retraction reuses the text, because formatting takes time
+        self._fact_texts: dict[int, str] = {}
         self._hooks = (
             make_callback("void(Environment *, Fact *, void *)", self._handle_assertion),
             make_callback("void(Environment *, Fact *, void *)", self._handle_retraction),

@@ -18,8 +18,8 @@ START_SYMBOLS: Final = ("domain", "problem", "condition")
 END_TERMINAL: Final = "$END"
 """The terminal of the end of the text."""
 
-GRAMMAR: Final = Path(__file__).with_name("pddl.lark")
-TABLES: Final = Path(__file__).with_name("tables.json")
+GRAMMAR_FILE: Final = Path(__file__).with_name("pddl.lark")
+TABLES_FILE: Final = Path(__file__).with_name("tables.json")
 
 
 class Rule(msgspec.Struct, frozen=True, array_like=True):
@@ -64,4 +64,4 @@ class Tables(msgspec.Struct, frozen=True):
 
 @cache
 def load_tables() -> Tables:
-    return msgspec.json.decode(TABLES.read_bytes(), type=Tables)
+    return msgspec.json.decode(TABLES_FILE.read_bytes(), type=Tables)

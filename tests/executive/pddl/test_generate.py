@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl.build import _NODES, _SECTIONS, SyntaxBuilder
-from cxbridge.executive.pddl.grammar import TABLES, load_tables
+from cxbridge.executive.pddl.grammar import TABLES_FILE, load_tables
 
 
 def test_tables_equal_tables_of_grammar() -> None:
@@ -13,7 +13,7 @@ def test_tables_equal_tables_of_grammar() -> None:
     from tests.grammars import format_tables, make_tables
 
     made = format_tables(make_tables())
-    assert made == TABLES.read_text(encoding="utf-8"), "run python -m tests.grammars"
+    assert made == TABLES_FILE.read_text(encoding="utf-8"), "run python -m tests.grammars"
 
 
 def test_every_rule_has_method_or_row() -> None:
