@@ -16,7 +16,7 @@ from cxbridge.skiller import numbers, quoting, replacing
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.templates import (
     PLACEHOLDER_FORM,
-    Misfit,
+    IgnoredStep,
     Placeholder,
     Replacement,
     find_suspected_placeholders,
@@ -164,7 +164,7 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
     :raises _CannotMapError: if the pattern of a replacement is invalid.
     """
     for step in placeholder.steps:
-        if isinstance(step, Misfit):
+        if isinstance(step, IgnoredStep):
             messages.append((Level.WARN, step.warning))
             continue
         try:
@@ -175,9 +175,9 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
     return value
 
 
-def _find_step_mistake(step: Replacement | Misfit) -> str:
+def _find_step_mistake(step: Replacement | IgnoredStep) -> str:
     """Return the mistake in a step, or an empty text."""
-    if isinstance(step, Misfit):
+    if isinstance(step, IgnoredStep):
         return step.warning.strip()
     try:
         replacing.compile_pattern(step.pattern)

@@ -14,22 +14,24 @@ _FLOAT = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _LONG_MIN, _LONG_MAX = -(2**63), 2**63 - 1
-_SMALLEST_NORMAL = 2.2250738585072014e-308  # std::stod reports smaller numbers as out of range
+# std::stod reports smaller numbers as out of range, too, unless a double represents them exactly
+_SMALLEST_NORMAL = 2.2250738585072014e-308
 
 
 class NumberError(ValueError):
-    """The text is not a number, or the number is out of range. The message is C++'s."""
+    """The text is not a number, or the number is out of range. The message begins with the C++ function."""
 
 
 def parse_leading_integer(text: str) -> str:
     """Return the integer at the start of a text, in decimal.
 
-    :raises NumberError: ``stol`` without integer, ``stol: out of range`` beyond 64 bits.
+    :raises NumberError: with the message ``stol`` if the text does not start with an integer;
+        ``stol: out of range`` if the integer needs more than 64 bits.
     """
     match = _INTEGER.match(text)
     if match is None:
         raise NumberError("stol")
-    # more digits than a 64-bit number has (without leading zeros) cannot fit, so skip the slow conversion
+    # a number with more digits than the largest has cannot fit, and the conversion of many digits is slow
     digits = match.group(1).lstrip("+-").lstrip("0")
     if len(digits) > len(str(_LONG_MAX)):
         raise NumberError("stol: out of range")
@@ -42,7 +44,8 @@ def parse_leading_integer(text: str) -> str:
 def parse_leading_float(text: str) -> str:
     """Return the number at the start of a text, with six decimals.
 
-    :raises NumberError: ``stod`` without number, ``stod: out of range`` beyond the range of a double.
+    :raises NumberError: with the message ``stod`` if the text does not start with a number;
+        ``stod: out of range`` if the number is beyond the range of a double.
     """
     match = _FLOAT.match(text)
     if match is None:
@@ -57,7 +60,7 @@ def parse_leading_float(text: str) -> str:
     except OverflowError:
         raise NumberError("stod: out of range") from None
     # zero is in range, whatever its exponent is
-    mantissa = re.split("p" if match["hex"] else "e", digits.lower())[0].lstrip("+-0x")
+    mantissa = re.split("p" if match["hex"] else "e", digits.lower())[0]
     is_zero = not re.search(r"[1-9a-f]", mantissa)
     if number in (float("inf"), float("-inf")) or (abs(number) < _SMALLEST_NORMAL and not is_zero):
         raise NumberError("stod: out of range")

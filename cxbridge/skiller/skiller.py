@@ -58,6 +58,7 @@ class Skiller(InterfaceSkiller):
         self.mode: Mode = mode
         self.engine = engine
         self._transforms = transforms
+        # as in Fawkes, a new Skiller keeps the exclusive controller that the interface holds
         self._interface.read()
         self._debug = SkillerDebugWriter(board, engine, self._log, name=name, owner=LOG_COMPONENT)
         self._is_active = False
@@ -110,7 +111,7 @@ class Skiller(InterfaceSkiller):
         self._transforms.close()
 
     def start(self, skill_string: str) -> None:
-        max_bytes = self._interface.maxlenof("skill_string") - 1
+        max_bytes = self._interface.maxlenof("skill_string") - 1  # without the NUL at the end
         if len(skill_string.encode("utf-8", "surrogateescape")) >= max_bytes:
             # the start of a cut text may be a whole chunk of another meaning
             raise SkillError(f"the skill string fills its field of {max_bytes} bytes: it may have been cut")

@@ -3,7 +3,7 @@
 Receivers of foreign skill strings evaluate nothing; only the Lua Skiller in mode ``fawkes`` does. The grammar
 is the part of Lua 5.1 without evaluation: ``f{...}``, ``f(...)``, ``f"text"``, ``f[[text]]``; strings with
 all escapes and long brackets, signed numbers, ``true``, ``false``, ``nil``, tables of these, comments. The
-tests compare each result with Lua's.
+tests compare the results with those of Lua 5.1.
 
 The scanner is hand-written, because the first skill string must not delay a loop: importing lark and making
 its parser takes 150 ms, reading a skill string 140 us.
@@ -21,7 +21,7 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
 
 Value = str | float | int | bool | None | dict[Any, Any]
-"""An argument: string, number, boolean, nil, or a table. Values without key count from 1."""
+"""An argument: string, number, boolean, nil, or a table. Values without key have the keys 1, 2 and so on."""
 
 MAX_DEPTH: Final = 50
 """The maximum nesting of tables."""
@@ -83,9 +83,9 @@ _MAX_EXCERPT_LENGTH: Final = 20  # the maximum number of characters of a token i
 
 
 def read_calls(text: str) -> list[LuaCall]:
-    """Return the calls in a skill string; empty for a blank text.
+    """Return the calls in a skill string; empty for a text of blanks and comments.
 
-    :raises SkillError: if the text is not a list of calls, with line and column.
+    :raises SkillError: if the text is not a list of calls; the message names the place.
     """
     return _LuaCallReader(text).parse_calls()
 
@@ -101,9 +101,9 @@ class SkillStringCall(Struct, frozen=True):
 
 
 def parse_skill_string(text: str) -> list[SkillStringCall]:
-    """Return the calls in a skill string.
+    """Return the calls in a skill string, at least one.
 
-    :raises SkillError: if the text is not a list of calls, with line and column.
+    :raises SkillError: if the text is not a list of calls, or has no call.
     """
     calls = read_calls(text)
     if not calls:
@@ -114,7 +114,7 @@ def parse_skill_string(text: str) -> list[SkillStringCall]:
 def parse_skill_call(text: str) -> SkillStringCall:
     """Return the only call in a skill string.
 
-    :raises SkillError: if the text is not a list of calls, or has several calls.
+    :raises SkillError: if the text is not a list of calls, or has no call or several calls.
     """
     calls = parse_skill_string(text)
     if len(calls) != 1:
@@ -279,7 +279,7 @@ class _LuaCallReader:
     def _parse_table(self) -> dict[Any, Any]:
         opening = self._take_token()
         self._depth += 1
-        # each level is a call of this method, and Python's stack is limited
+        # each level calls this method again, and Python's stack is limited to 1000 calls by default
         if self._depth > MAX_DEPTH:
             self._refuse(f"tables are nested more than {MAX_DEPTH} deep", opening.position)
         table: dict[Any, Any] = {}

@@ -1,8 +1,8 @@
 """Speech synthesis: the writer of SpeechSynthInterface.
 
-The values are those of Fawkes' flite plugin: for each order the text, its id, ``final`` false and the
-duration; at the end of the text ``final`` true. Orders are queued. The default voice is silent and takes the
-estimated duration by the run's clock.
+The values are those of Fawkes' flite plugin: for each SayMessage its text, its id, ``final`` false and the
+duration; at the end of the text ``final`` true. A message waits until the text before it ends. The default
+voice is silent and takes the estimated duration by the run's clock.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from cxbridge.events import EventBus
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
-# The limit as a multiple of the estimated duration: some drivers do not report the end of a text.
+# The limit of a text, as a multiple of its estimated duration and another second (chosen freely): some
+# drivers do not report the end of a text.
 _MAX_DURATION_FACTOR = 10
 _LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
@@ -120,7 +121,7 @@ class SpeakerVoice(Voice):
             try:
                 engine.say(text)
                 engine.runAndWait()
-                # espeak returns before its own thread has played the sound
+                # espeak returns before its own thread has played the sound; a blank text has no sound
                 if text.strip():
                     spoken_event.wait(_MAX_DURATION_FACTOR * (1 + estimate_duration(text)))
             except Exception as error:  # noqa: BLE001 - as above; the next text may succeed
@@ -149,9 +150,9 @@ class SpeakerVoice(Voice):
 class SpeechSynthWriter:
     """Writes ``SpeechSynthInterface::NAME`` and says the received texts.
 
-    :param voice: by default a :class:`SilentVoice`.
+    :param voice: None: a :class:`SilentVoice`.
     :param name: the id of the interface.
-    :param greeting: a first text, for flite's behaviour :data:`LOADED_TEXT`; None: no greeting.
+    :param greeting: a text to say at once, such as flite's :data:`LOADED_TEXT`; None: no greeting.
     :raises BlackBoardError: if the interface has another writer.
     """
 
@@ -175,7 +176,7 @@ class SpeechSynthWriter:
             self._start_text(greeting)
 
     def loop(self) -> None:
-        """End the finished text and start the next text. To be called once per main loop."""
+        """End the finished text and start the next text. The main loop calls this method once per loop."""
         if self._is_speaking and self._voice.is_done():
             self._is_speaking = False
             if failure := self._voice.failure():

@@ -32,7 +32,7 @@ class Replacement(Struct, frozen=True):
     replacement: str
 
 
-class Misfit(Struct, frozen=True):
+class IgnoredStep(Struct, frozen=True):
     """A step that Fawkes ignores with a warning."""
 
     warning: str
@@ -47,21 +47,21 @@ class Placeholder(Struct, frozen=True):
     """
 
     name: str
-    steps: tuple[Replacement | Misfit, ...]
+    steps: tuple[Replacement | IgnoredStep, ...]
     kind: str
 
 
 PLACEHOLDER_FORM: Final = "?(NAME)T or ?(NAME|/PATTERN/REPLACEMENT/)T; T is one of s, S, y, Y, i, f"
 """The notation of placeholders, for messages."""
 
-# about 40 characters of the text at most, up to the type letter after a ')' within them
+# an excerpt for messages: up to the letter T after a ')', but at most about 40 characters
 _SUSPECTED_PLACEHOLDER: Final = re.compile(r"\?\([^)]{0,37}(?:\).?)?", re.DOTALL)
 
 Part = str | Placeholder
 """A part of a template: literal text or a placeholder."""
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=1024)  # chosen freely: far more templates than usual domains have actions
 def parse_template(template: str) -> tuple[Part, ...]:
     """Split a template into parts. Every text is a valid template."""
     parts: list[Part] = []
@@ -85,13 +85,13 @@ def _parse_placeholder(text: str) -> Placeholder:
     return Placeholder(name.group(), tuple(_parse_step(piece) for piece in pieces if piece), text[-1])
 
 
-def _parse_step(piece: str) -> Replacement | Misfit:
+def _parse_step(piece: str) -> Replacement | IgnoredStep:
     if not (len(piece) > 2 and piece[0] == piece[-1] == "/"):  # noqa: PLR2004 - a slash at each end
         # the texts of both warnings are those of Fawkes, including the blank
-        return Misfit(f"regex '{piece}' missing start/end slashes, ignoring")
+        return IgnoredStep(f"regex '{piece}' missing start/end slashes, ignoring")
     pattern, slash, replacement = piece[1:-1].partition("/")
     if not slash:
-        return Misfit(f" regex '{piece}' missing mid slash, ignoring")
+        return IgnoredStep(f" regex '{piece}' missing mid slash, ignoring")
     return Replacement(pattern, replacement)
 
 

@@ -69,9 +69,9 @@ def _make_execution(context: Run) -> Execution:
         return execute_itself
     # import on use, because only simulations need the estimators
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
-    from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
+    from cxbridge.skiller.simulation.make import make_failure_injector  # noqa: PLC0415
 
-    make_failures(context.config, "")  # raises configuration errors now rather than at the first call
+    make_failure_injector(context.config, "")  # raises configuration errors now rather than at the first call
     return DecidedExecution(
-        lambda agent: [make_failures(context.config, agent), *make_deciders(context, agent)]
+        lambda agent: [make_failure_injector(context.config, agent), *make_deciders(context, agent)]
     )

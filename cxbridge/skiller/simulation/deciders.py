@@ -1,4 +1,7 @@
-"""Deciders of a simulated skill's end. The first decider with an answer decides."""
+"""Deciders of a simulated skill's end.
+
+The first decider with an answer decides. If the answer has no duration, the next decider chooses it.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +28,9 @@ class Outcome:
     """The end of a skill.
 
     :param seconds: the duration; None: the next decider or the executor chooses the duration.
-    :param share: the part of the duration that the skill takes, from 0 to 1.
-    :param then: changes the world at the end.
+    :param error: the reason of a failure.
+    :param share: the part of the duration that a failing skill takes, from 0 to 1.
+    :param then: changes the world at the end; None: nothing changes.
     """
 
     seconds: float | None = None
@@ -36,19 +40,19 @@ class Outcome:
     then: Effect | None = field(default=None, compare=False)
 
     @property
-    def failed(self) -> bool:
+    def is_failure(self) -> bool:
         """Whether the skill fails."""
         return self.status is not Status.S_FINAL
 
     def complete_with(self, usual_outcome: Outcome) -> Outcome:
         """Return this failure with its share of the usual duration; for a success, return the usual outcome.
 
-        The effect of this outcome replaces that of the usual outcome.
+        An effect of this outcome replaces the effect of the usual outcome.
         """
         # with known seconds the share is applied here, so the result has the share 1
         seconds = None if usual_outcome.seconds is None else usual_outcome.seconds * self.share
         then = self.then or usual_outcome.then
-        if not self.failed:
+        if not self.is_failure:
             return replace(usual_outcome, then=then)
         return replace(self, seconds=seconds, share=self.share if seconds is None else 1.0, then=then)
 

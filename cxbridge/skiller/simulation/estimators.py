@@ -26,8 +26,9 @@ STATIC_PREFIX = f"{CONFIG_PREFIX}/static"
 class SkillPattern:
     """A pattern of skill calls: an entry of a whitelist or blacklist, or of the injected failures.
 
+    :param name: the name of the skill.
     :param args: regular expressions by argument, each of which must match the whole value.
-    :param seconds: the duration, for the static estimator.
+    :param seconds: the duration, for the static estimator; None: the estimator's default.
     """
 
     name: str
@@ -46,8 +47,8 @@ class SkillPattern:
 class EstimatorSettings:
     """The settings that all estimators have.
 
-    :param whitelist: the skills that the estimator supports; the first match wins; empty: all skills.
-    :param blacklist: the skills that the estimator does not support.
+    :param whitelist: patterns of the supported calls, of which the first match counts; empty: all calls.
+    :param blacklist: patterns of calls that the estimator does not support.
     :param speed: the factor by which skills are faster: it divides their durations.
     :param priority: the priority as a decider, see :class:`Decider`.
     """
@@ -61,6 +62,7 @@ class EstimatorSettings:
     def from_config(cls, config: Configuration, prefix: str) -> Self:
         """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
 
+        :raises ConfigError: if a value has another type.
         :raises SkillerError: if a speed, a duration or an argument's pattern is invalid.
         """
         speed = config.get_float(f"{prefix}/speed", default=1.0)
@@ -78,17 +80,19 @@ class EstimatorSettings:
         return next((pattern for pattern in self.whitelist if pattern.matches(call)), None)
 
     def refuses(self, call: SkillStringCall) -> bool:
-        """Return whether the blacklist contains the skill."""
+        """Return whether a pattern of the blacklist matches the call."""
         return any(pattern.matches(call) for pattern in self.blacklist)
 
     def allows(self, call: SkillStringCall) -> bool:
-        """Return whether the lists permit the skill."""
+        """Return whether the lists permit the call."""
         return not self.refuses(call) and (not self.whitelist or self.find_pattern(call) is not None)
 
 
 @dataclass(frozen=True)
 class StaticEstimator(EstimatorSettings, Decider):
     """Takes durations from the first matching pattern of the whitelist, else the default duration.
+
+    A call without pattern has the default duration, too: the whitelist does not exclude calls.
 
     :param seconds: the default duration; None: no default.
     """
@@ -99,7 +103,8 @@ class StaticEstimator(EstimatorSettings, Decider):
     def from_config(cls, config: Configuration, prefix: str = STATIC_PREFIX) -> Self:
         """Read ``exec-time`` and the :class:`EstimatorSettings` below ``prefix``.
 
-        :raises SkillerError: as :meth:`EstimatorSettings.from_config`.
+        :raises ConfigError: if a value has another type.
+        :raises SkillerError: if a speed, a duration or an argument's pattern is invalid.
         """
         return replace(
             super().from_config(config, prefix), seconds=_read_seconds(config, f"{prefix}/exec-time")
@@ -119,15 +124,19 @@ def argument_text(value: object) -> str:
 
 
 def invalid_value_error(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
-    """Return the error about a configured value, with its file and line."""
+    """Return the error about a configured value, with its file and line.
+
+    :param fault: the end of the message, after the path, such as ``is 2``.
+    """
     value = config.get(path)
     return SkillerError(f"{path} {fault}", file=value.file or None, line=value.line or None, hint=hint)
 
 
 def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
-    """Read the entries below ``path``, sorted by key: ``name``, ``args``, ``exec-time``.
+    """Read the entries below ``path`` that have a name, sorted by key.
 
-    :raises SkillerError: if an argument's pattern is invalid.
+    :raises ConfigError: if a value has another type.
+    :raises SkillerError: if an argument's pattern or a duration is invalid.
     """
     # sorted, because the first match wins and users number their entries
     keys = [key for key in sorted(config.keys(path)) if config.exists(f"{path}/{key}/name")]
@@ -135,9 +144,10 @@ def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
 
 
 def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
-    """Read the entry ``key`` below ``path``.
+    """Read the settings ``name``, ``args`` and ``exec-time`` of the entry ``key`` below ``path``.
 
-    :raises SkillerError: if an argument's pattern is invalid.
+    :raises ConfigError: if the name is missing or a value has another type.
+    :raises SkillerError: if an argument's pattern or a duration is invalid.
     """
     args_path = f"{path}/{key}/args"
     args: dict[str, str] = {}

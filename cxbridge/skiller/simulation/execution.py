@@ -1,4 +1,4 @@
-"""Calls on the skill board with decided ends: by a script, injected failures or a chosen world."""
+"""Execution of calls on the skill board whose ends are decided: by a script, failures or a chosen world."""
 
 from __future__ import annotations
 
@@ -27,28 +27,40 @@ def to_string_call(call: SkillCall) -> SkillStringCall:
 
 
 def decided_steps(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall) -> Steps:
-    """Yield the steps of a call with a decided end.
+    """Yield the steps of a call with a decided end; return the final message of the executor, or None.
 
     :param outcome: the decided end; None: the executor decides.
+    :raises SkillFailedError: at the end of the steps, if the decided end is a failure.
     """
     if outcome is None:
         return (yield from executor.execute(call))
-    # a success with a duration only waits; all other skills are executed, so that the robot of a failing
-    # skill stops halfway
+    # a success without duration takes as long as the executor needs, a success with a duration only waits; a
+    # failing skill is executed, so that its robot stops halfway
     message = None
-    if outcome.seconds is None and not outcome.failed:
+    if outcome.seconds is None and not outcome.is_failure:
         message = yield from executor.execute(call)
     elif outcome.seconds is None:
         yield from _partial_steps(executor.execute(call), outcome.share)
-    elif outcome.failed:
+    elif outcome.is_failure:
         yield from _timed_steps(executor, call, outcome.seconds)
     else:
         yield from _waiting_steps(executor.clock, outcome.seconds)
     if outcome.then is not None:
         outcome.then()
-    if outcome.failed:
+    if outcome.is_failure:
         raise SkillFailedError(outcome.error)
     return message
+
+
+def _partial_steps(steps: Steps, share: float) -> Steps:
+    """Yield the steps of an executor up to a share of the reported progress."""
+    with closing(steps):
+        for progress in steps:
+            fraction = progress.fraction if isinstance(progress, Progress) else progress
+            # with the share 1 the skill fails after its last step, even if an earlier step has progress 1
+            if fraction is not None and share < 1 and fraction >= share:
+                break
+            yield progress
 
 
 def _timed_steps(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
@@ -88,13 +100,3 @@ class DecidedExecution:
         if call.agent not in self._deciders:
             self._deciders[call.agent] = self._make_deciders(call.agent)
         return decided_steps(decide_outcome(self._deciders[call.agent], to_string_call(call)), executor, call)
-
-
-def _partial_steps(steps: Steps, share: float) -> Steps:
-    """Yield the steps of an executor up to a share of the reported progress."""
-    with closing(steps):
-        for progress in steps:
-            fraction = progress.fraction if isinstance(progress, Progress) else progress
-            if fraction is not None and share < 1 and fraction >= share:
-                break
-            yield progress

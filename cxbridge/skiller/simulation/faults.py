@@ -29,6 +29,7 @@ class Failure:
     :param pattern: the affected calls.
     :param probability: the probability of failure, 0 to 1.
     :param calls: the numbers of the failing calls among the matching calls, from 1.
+    :param error: the error of the failing skill.
     :param after: the share of its duration that a failing skill takes, 0 to 1.
     """
 
@@ -53,9 +54,10 @@ class FailureInjector(Decider):
     """Makes skills fail.
 
     :param failures: the first failure that strikes decides; all failures count the call.
-    :param rng: a seeded generator.
+    :param rng: a seeded generator; None: the seed is 0.
     """
 
+    # the injected failures decide first: the answer of another decider would hide them
     priority = sys.maxsize
 
     def __init__(self, failures: Sequence[Failure] = (), rng: random.Random | None = None) -> None:
@@ -68,6 +70,7 @@ class FailureInjector(Decider):
     ) -> FailureInjector:
         """Read the entries below ``prefix``, sorted by key.
 
+        :raises ConfigError: if a value has another type.
         :raises SkillerError: if an entry lacks its name, or both probability and calls, or if a setting is
             invalid or unknown.
         """
@@ -89,7 +92,7 @@ def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
     for name in keys:
         if name not in _ENTRY_KEYS:
             raise invalid_value_error(config, f"{path}/{name}", "is not a setting of a failure", hint)
-    # without a name the failure would strike no skill, without a probability or calls it would never strike
+    # without probability and calls the failure would never strike
     if "name" not in keys or not {"probability", "calls"} & set(keys):
         # the place of a missing setting is that of the entry's first setting, which has a line in the file
         first_path = f"{path}/{keys[0]}" if keys else path

@@ -1,4 +1,4 @@
-"""Construction of the simulated Skiller with its configured estimators."""
+"""Construction of the simulated Skiller with its configured estimators and failures."""
 
 from __future__ import annotations
 
@@ -33,8 +33,10 @@ def make_simulator(
     read_samples: ReadSamples | None = None,
     further_deciders: Sequence[Decider] = (),
 ) -> SkillerSimulator:
-    """Make a Skiller that waits as long as the estimators in ``config`` decide, by default a second.
+    """Make a Skiller that waits as long as the estimators in ``config`` decide.
 
+    :param config: without an estimator in the configuration, a skill takes a second unless a further decider
+        decides; None: there are only further deciders.
     :param name: the id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: no lookup.
     :param further_deciders: deciders besides those in ``config``.
@@ -50,17 +52,19 @@ def make_simulator(
     if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
         estimators.append(LookupEstimator.from_config(config, read_samples, _make_rng(seed, name, "lookup")))
     deciders = [
-        make_failures(config, name),
+        make_failure_injector(config, name),
         *further_deciders,
         *(estimators or [StaticEstimator(seconds=1.0)]),
     ]
     return SkillerSimulator(board, clock, bus, deciders, name=name)
 
 
-def make_failures(config: Configuration, name: str) -> FailureInjector:
+def make_failure_injector(config: Configuration, name: str) -> FailureInjector:
     """Make the fault injection of a Skiller, or of an agent on the skill board.
 
-    :raises SkillerError: if the configuration is wrong.
+    :param name: the name of the Skiller or agent, which has its own random numbers.
+    :raises ConfigError: if a value has another type.
+    :raises SkillerError: if a failure in the configuration is wrong.
     """
     seed = config.get_uint(SEED_PATH, default=0)
     return FailureInjector.from_config(config, _make_rng(seed, name, "failures"))

@@ -56,7 +56,7 @@ class LookupEstimator(Decider):
     :param fully_match_args: whether an execution must match all arguments of the call, or only those in the
         whitelist's pattern.
     :param include_failures: whether to draw failed executions, too.
-    :param rng: a generator with a separate seed.
+    :param rng: a seeded generator; None: the seed is 0.
     """
 
     def __init__(
@@ -73,14 +73,13 @@ class LookupEstimator(Decider):
         self._fully_match_args = fully_match_args
         self._include_failures = include_failures
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
-        # by skill: the recorded executions, each with its parsed call
-        self._samples: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
+        self._parsed_samples_by_skill: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
             try:
                 call = parse_skill_call(sample.skill_string)
             except SkillError:  # a recorded skill string may be any text
                 continue
-            self._samples.setdefault(call.name, []).append((call, sample))
+            self._parsed_samples_by_skill.setdefault(call.name, []).append((call, sample))
 
     @classmethod
     def from_config(
@@ -121,7 +120,7 @@ class LookupEstimator(Decider):
         whitelist_pattern = self.settings.find_pattern(call)
         matches = [
             sample
-            for sample_call, sample in self._samples.get(call.name, ())
+            for sample_call, sample in self._parsed_samples_by_skill.get(call.name, ())
             if (self._include_failures or sample.status is Status.S_FINAL)
             and self._matches(sample_call, call, whitelist_pattern)
         ]

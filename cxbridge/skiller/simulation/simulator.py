@@ -46,9 +46,9 @@ class SkillerSimulator(InterfaceSkiller):
         self._clock = clock
         self._deciders = deciders or (StaticEstimator(seconds=1.0),)
         self._outcome: Outcome | None = None
-        self._outcomes: list[tuple[str, Outcome]] = []  # skill and outcome of each call
+        self._skill_outcomes: list[tuple[str, Outcome]] = []  # of each call, with its skill
         # effects with their seconds from the start, the earliest first
-        self._effects: list[tuple[float, Effect]] = []
+        self._timed_effects: list[tuple[float, Effect]] = []
         self._start_us = self._end_us = 0
 
     @property
@@ -56,14 +56,15 @@ class SkillerSimulator(InterfaceSkiller):
         return self._outcome is not None
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return the state that determines the future behaviour, with relative times."""
-        # a decider may ask for the state while a call starts, before the state is published
+        """Return all that determines the future behaviour, with relative times, for comparison."""
+        # the writer's own fields, because a decider may ask for the state while a call starts, before they
+        # are published
         interface = self._interface
         fields = interface.skill_string, interface.status, interface.error, bool(self._control.controller)
         if self._outcome is None:
             return self.name, fields, self._has_started_string
         times = self._start_us - now_us, self._end_us - now_us
-        return self.name, fields, self._has_started_string, self._outcome, times, tuple(self._outcomes)
+        return self.name, fields, self._has_started_string, self._outcome, times, tuple(self._skill_outcomes)
 
     def loop(self) -> None:
         """Handle messages, and end the skill string that is due."""
@@ -72,9 +73,10 @@ class SkillerSimulator(InterfaceSkiller):
             return
         now_us = self._clock.now_us()
         self._apply_effects(now_us)
-        # a skill string runs for one loop at least, so that readers see S_RUNNING
+        # a skill string runs for one loop at least, so that readers see S_RUNNING; as in Fawkes, it ends in
+        # the first loop after its duration
         if not self._has_started_string and now_us > self._end_us:
-            outcome_text = f"failed: {self._outcome.error}" if self._outcome.failed else "is final"
+            outcome_text = f"failed: {self._outcome.error}" if self._outcome.is_failure else "is final"
             self._log.info(f"Skill '{self.skill_string}' {outcome_text}")
             self.end(self._outcome.status, self._outcome.error)
 
@@ -87,16 +89,16 @@ class SkillerSimulator(InterfaceSkiller):
     def start(self, skill_string: str) -> None:
         calls = parse_skill_string(skill_string)
         timed_outcomes = [self._decide(call) for call in calls]
-        self._outcomes = [
+        self._skill_outcomes = [
             (call.name, outcome) for call, (_, outcome) in zip(calls, timed_outcomes, strict=True)
         ]
         # the calls run at the same time: the first failure ends all of them, else the last success
-        timed_failures = [(seconds, outcome) for seconds, outcome in timed_outcomes if outcome.failed]
+        timed_failures = [(seconds, outcome) for seconds, outcome in timed_outcomes if outcome.is_failure]
         seconds, self._outcome = (min if timed_failures else max)(
             timed_failures or timed_outcomes, key=itemgetter(0)
         )
-        effects = [(effect_s, outcome.then) for effect_s, outcome in timed_outcomes if outcome.then]
-        self._effects = sorted(effects, key=itemgetter(0))
+        timed_effects = [(effect_s, outcome.then) for effect_s, outcome in timed_outcomes if outcome.then]
+        self._timed_effects = sorted(timed_effects, key=itemgetter(0))
         self._start_us = self._clock.now_us()
         self._end_us = self._start_us + round(seconds * MICROSECONDS)
         duration = (
@@ -105,7 +107,10 @@ class SkillerSimulator(InterfaceSkiller):
         self._log.info(f"Executing '{skill_string}', {duration}")
 
     def _decide(self, call: SkillStringCall) -> tuple[float, Outcome]:
-        """Return the duration of a call in seconds, and its outcome."""
+        """Return the duration of a call in seconds, and its outcome.
+
+        :raises SkillError: if no decider chooses a duration.
+        """
         outcome = decide_outcome(self._deciders, call)
         if outcome is None or outcome.seconds is None:
             raise SkillError(
@@ -115,10 +120,10 @@ class SkillerSimulator(InterfaceSkiller):
         return outcome.seconds, outcome
 
     def _apply_effects(self, now_us: int) -> None:
-        """Apply the effects of ended skills."""
-        seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
-        due_effects = [effect for effect_s, effect in self._effects if effect_s <= seconds]
-        self._effects = self._effects[len(due_effects) :]
+        """Apply the effects of skills that have ended, but not after the end of the skill string."""
+        passed_s = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
+        due_effects = [effect for effect_s, effect in self._timed_effects if effect_s <= passed_s]
+        self._timed_effects = self._timed_effects[len(due_effects) :]
         for effect in due_effects:
             effect()
 
