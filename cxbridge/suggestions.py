@@ -7,9 +7,9 @@ from difflib import SequenceMatcher, get_close_matches
 from typing import Final
 
 MIN_LIKENESS: Final = 0.6
-"""The minimum similarity, from 0 to 1, for a suggestion."""
+"""The minimum similarity, from 0 to 1, for a suggestion: the default of difflib."""
 
-_MAX_SUGGESTIONS: Final = 3
+_MAX_SUGGESTIONS: Final = 3  # the default of difflib, too
 _MARGIN: Final = 0.05  # names that are less similar than the nearest name by this margin are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
@@ -24,7 +24,8 @@ def likeness(name: str, other_name: str) -> float:
 def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIKENESS) -> list[str]:
     """Return at most three known names similar to an unknown name, the nearest first.
 
-    Case is ignored. Without similar names, the names that contain the unknown name are returned.
+    Case is ignored. Without similar names, the names that contain the unknown name are returned in the order
+    of the alphabet. A name that is too long has no similar names.
 
     :param cutoff: the minimum similarity; higher for paths, which often start equally.
     """
@@ -49,7 +50,7 @@ def did_you_mean(
 ) -> str:
     """Return a hint with the likely meanings of an unknown name.
 
-    :param otherwise: the hint without similar names.
+    :param otherwise: the hint if there are no similar names.
     :param cutoff: the minimum similarity, as for :func:`nearest_names`.
     """
     suggestions = nearest_names(name, known_names, cutoff)

@@ -7,7 +7,7 @@ from cxbridge.space.navgraph.graph import NavGraph
 
 
 def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:
-    """Emit :class:`NavGraphRead` if the event has a listener."""
+    """Emit :class:`NavGraphRead` with the nodes and edges of a graph, if the event has a listener."""
     if not bus.wants(NavGraphRead):
         return
     nodes = {

@@ -87,7 +87,8 @@ class NavGraphPath(Struct, frozen=True):
 class NavGraph:
     """A mutable navigation graph.
 
-    :param default_properties: the properties of nodes that do not define these properties.
+    :param default_properties: the properties that readers give to nodes without these properties; they are
+        not in :attr:`NavGraphNode.properties`.
     """
 
     def __init__(self, name: str, default_properties: Mapping[str, str] | None = None) -> None:
@@ -138,7 +139,7 @@ class NavGraph:
         include_unconnected: bool = False,
         other_than: str = "",
     ) -> NavGraphNode | None:
-        """Return the closest node to a point, or None.
+        """Return the closest node to a point; None if no node qualifies.
 
         :param property_name: the property that the node must have; empty for any node.
         :param include_unconnected: whether the closest node may be unconnected.
@@ -181,7 +182,7 @@ class NavGraph:
         self.revision += 1
 
     def remove_edge(self, edge: NavGraphEdge) -> None:
-        """Remove an edge and its block; an unknown edge is ignored."""
+        """Remove one of :attr:`edges`, and its blocks; any other object is ignored, even an equal edge."""
         self._edges = [remaining for remaining in self._edges if remaining is not edge]
         self._blocked_directions = {ends for ends in self._blocked_directions if self.edge(*ends) is not None}
         self._neighbours.clear()
@@ -196,14 +197,17 @@ class NavGraph:
         return self._neighbours[name]
 
     def unreachable_nodes(self) -> list[str]:
-        """Return the sorted names of the nodes that cannot be reached from the first connected node."""
-        connected_names = [node.name for node in self._nodes.values() if not node.unconnected]
-        reached_names, open_names = set(connected_names[:1]), connected_names[:1]
+        """Return the sorted names of the nodes to which no path leads from the first node.
+
+        Nodes that are marked as unconnected do not count, and blocks are ignored.
+        """
+        names = [node.name for node in self._nodes.values() if not node.unconnected]
+        reached_names, open_names = set(names[:1]), names[:1]
         while open_names:
             new_names = [name for name in self.neighbours(open_names.pop()) if name not in reached_names]
             reached_names.update(new_names)
             open_names.extend(new_names)
-        return sorted(set(connected_names) - reached_names)
+        return sorted(set(names) - reached_names)
 
     def block(self, start: str, end: str) -> None:
         """Exclude the edge from one node to another, in this direction, from paths.
@@ -240,14 +244,14 @@ class NavGraph:
             if name == goal:
                 return self._make_path(came_from, goal, cost_so_far)
             node = self._nodes[name]
-            for neighbour in self.neighbours(name):
-                if neighbour in came_from or (name, neighbour) in self._blocked_directions:
+            for next_name in self.neighbours(name):
+                if next_name in came_from or (name, next_name) in self._blocked_directions:
                     continue
-                end = self._nodes[neighbour]
-                total_cost = cost_so_far + node.distance(end.x, end.y)
+                next_node = self._nodes[next_name]
+                next_cost = cost_so_far + node.distance(next_node.x, next_node.y)
                 # no path is shorter than the straight line, so the first path to the goal is the shortest
-                estimate = total_cost + end.distance(goal_node.x, goal_node.y)
-                heapq.heappush(queue, (estimate, next(order), total_cost, neighbour, name))
+                estimate = next_cost + next_node.distance(goal_node.x, goal_node.y)
+                heapq.heappush(queue, (estimate, next(order), next_cost, next_name, name))
         return None
 
     def _make_path(self, came_from: Mapping[str, str], goal: str, cost: float) -> NavGraphPath:

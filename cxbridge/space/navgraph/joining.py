@@ -1,4 +1,4 @@
-"""Adds edges that cross other edges: refuses the crossing, or splits the edges at it."""
+"""Addition of edges that may cross other edges: the crossing is refused, or it becomes a node."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.errors import NavGraphError
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 # a tenth of a millimetre: computed intersections differ by rounding, nodes of a map by centimetres
-SAME_PLACE: Final = 1e-4
+SAME_PLACE_M: Final = 1e-4
 """The distance in metres below which two points are equal."""
 
 Point = tuple[float, float]
@@ -22,17 +22,18 @@ def find_intersection(
     graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavGraphNode
 ) -> Point | None:
     """Return the intersection of an edge and the line between two nodes, ends included, or None."""
-    a, b = graph.node(edge.start), graph.node(edge.end)
-    assert a is not None
-    assert b is not None
+    edge_start, edge_end = graph.node(edge.start), graph.node(edge.end)
+    # add_edge accepts no edge without its nodes
+    assert edge_start is not None
+    assert edge_end is not None
     # u leads along the edge, v along the line, w from the start of the edge to the start of the line
-    ux, uy, vx, vy = b.x - a.x, b.y - a.y, end.x - start.x, end.y - start.y
-    across = ux * vy - uy * vx
+    ux, uy, vx, vy = edge_end.x - edge_start.x, edge_end.y - edge_start.y, end.x - start.x, end.y - start.y
+    product = ux * vy - uy * vx
     # relative to the lengths, because rounding leaves a small product of parallel lines
-    if abs(across) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
-        return None  # parallel lines may overlap, but not in a single point
-    wx, wy = start.x - a.x, start.y - a.y
-    along_edge, along_line = (wx * vy - wy * vx) / across, (wx * uy - wy * ux) / across
+    if abs(product) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
+        return None  # parallel lines do not cross, although they may overlap
+    wx, wy = start.x - edge_start.x, start.y - edge_start.y
+    along_edge, along_line = (wx * vy - wy * vx) / product, (wx * uy - wy * ux) / product
     tolerance = 1e-9  # rounding must not separate lines that meet at an end
     if not (-tolerance <= along_edge <= 1 + tolerance and -tolerance <= along_line <= 1 + tolerance):
         return None
@@ -88,8 +89,9 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
 def _find_or_add_node(graph: NavGraph, point: Point) -> str:
     """Return the name of the node at a point, which is added if necessary."""
     closest = graph.closest_node(*point)
-    if closest is not None and closest.distance(*point) < SAME_PLACE:
+    if closest is not None and closest.distance(*point) < SAME_PLACE_M:
         return closest.name
+    # as in Fawkes, whose generated nodes are named U-0, U-1 and so on, too
     name = next(name for number in itertools.count() if graph.node(name := f"U-{number}") is None)
     graph.add_node(NavGraphNode(name, *point))
     return name

@@ -23,7 +23,7 @@ def load_navgraph(file: str | Path, *, allow_multi_graph: bool = False) -> NavGr
     """Load a graph file.
 
     :param allow_multi_graph: whether the graph may have several parts without connection.
-    :raises NavGraphError: with file and line, if the file cannot be read or is invalid.
+    :raises NavGraphError: if the file cannot be read, with the file; if it is invalid, with file and line.
     """
     try:
         content = Path(file).read_bytes()
@@ -36,6 +36,7 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
     """Parse the text of a graph file.
 
     :param name: the name of the file, for errors.
+    :param allow_multi_graph: see :func:`load_navgraph`.
     :raises NavGraphError: with the line, if the text is invalid.
     """
     try:

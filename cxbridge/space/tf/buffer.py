@@ -1,4 +1,4 @@
-"""Transforms between frames over the last seconds, and lookups.
+"""A buffer that keeps the transforms between frames for some seconds and looks up transforms at a time.
 
 Times are microseconds since the epoch; 0 is the latest time for which all needed transforms exist. The rules
 are those of tf in Fawkes and ROS: ``docs/features.md#tf``.
@@ -30,7 +30,7 @@ LATEST: Final = 0
 """The time argument for the latest existing time."""
 
 MAX_DEPTH: Final = 1000
-"""The length of a path to the root above which the path counts as a loop."""
+"""The number of transforms to the root above which the path counts as a loop, as in Fawkes."""
 
 
 class StampedTransform(Struct, frozen=True):
@@ -49,43 +49,46 @@ class StampedTransform(Struct, frozen=True):
 class _History:
     """The transforms of one frame to its parent, from the oldest."""
 
-    __slots__ = ("is_static", "stamps", "transforms")
+    __slots__ = ("is_static", "stamps_us", "transforms")
 
     def __init__(self, *, is_static: bool) -> None:
         self.is_static = is_static
-        self.stamps: list[int] = []
+        self.stamps_us: list[int] = []  # of the transforms, in the same order
         self.transforms: list[StampedTransform] = []
 
     def insert(self, stamped: StampedTransform, keep_us: int) -> bool:
-        """Add a transform; return whether the transform was recent enough."""
+        """Add a transform, and drop those that are older than the latest by more than ``keep_us``.
+
+        :returns: whether the transform was recent enough to be added.
+        """
         if self.is_static:
-            self.stamps, self.transforms = [LATEST], [stamped]
+            self.stamps_us, self.transforms = [LATEST], [stamped]
             return True
-        if self.stamps and stamped.stamp_us < self.stamps[-1] - keep_us:
+        if self.stamps_us and stamped.stamp_us < self.stamps_us[-1] - keep_us:
             return False
-        position = bisect_right(self.stamps, stamped.stamp_us)  # transforms may arrive out of order
-        self.stamps.insert(position, stamped.stamp_us)
+        position = bisect_right(self.stamps_us, stamped.stamp_us)  # transforms may arrive out of order
+        self.stamps_us.insert(position, stamped.stamp_us)
         self.transforms.insert(position, stamped)
-        outdated_count = bisect_left(self.stamps, self.stamps[-1] - keep_us)
-        del self.stamps[:outdated_count], self.transforms[:outdated_count]
+        outdated_count = bisect_left(self.stamps_us, self.stamps_us[-1] - keep_us)
+        del self.stamps_us[:outdated_count], self.transforms[:outdated_count]
         return True
 
     def transform_at(self, time_us: int) -> StampedTransform:
-        """Return the transform at a time; after the last stamp, the last transform.
+        """Return the transform at a time; for :data:`LATEST` and after the last stamp, the last transform.
 
         :raises ExtrapolationError: if all transforms are later.
         """
         transforms = self.transforms
-        if time_us == LATEST or self.is_static or time_us >= self.stamps[-1]:
+        if time_us == LATEST or self.is_static or time_us >= self.stamps_us[-1]:
             return transforms[-1]
-        later_index = bisect_right(self.stamps, time_us)
+        later_index = bisect_right(self.stamps_us, time_us)
         if later_index == 0:
             raise ExtrapolationError(
                 "Lookup would require extrapolation into the past. Requested time "
-                f"{_format_time(time_us)}, but the earliest data is at time {_format_time(self.stamps[0])}"
+                f"{_format_time(time_us)}, but the earliest data is at time {_format_time(self.stamps_us[0])}"
             )
         earlier, later = transforms[later_index - 1], transforms[later_index]
-        # between two parents there is no interpolation
+        # transforms to different parents cannot be interpolated
         if earlier.stamp_us == time_us or earlier.frame != later.frame:
             return earlier
         ratio = (time_us - earlier.stamp_us) / (later.stamp_us - earlier.stamp_us)
@@ -105,8 +108,8 @@ class TransformBuffer:
 
     Leading slashes of frame names are ignored.
 
-    :param keep_seconds: the age, relative to the latest transform of the same frame, at which transforms are
-        dropped.
+    :param keep_seconds: the age, relative to the latest transform of the same frame, above which transforms
+        are dropped; by default that of Fawkes.
     """
 
     def __init__(self, keep_seconds: float = 10.0) -> None:
@@ -120,8 +123,8 @@ class TransformBuffer:
 
         :param static: whether the transform is valid for all times; the first transform of a frame decides
             for the frame.
-        :returns: False if a name is empty, parent and child are equal, a number is NaN, or the transform is
-            too old.
+        :returns: whether the transform was stored; False if the name of a frame is empty, parent and child
+            are equal, a coordinate of the translation is NaN, or the transform is too old.
         :raises InvalidRotationError: if the rotation is invalid.
         """
         frame, child = _strip_slash(stamped.frame), _strip_slash(stamped.child_frame)
@@ -152,7 +155,9 @@ class TransformBuffer:
     def lookup(self, target: str, source: str, time_us: int = LATEST) -> StampedTransform:
         """Return the transform from the frame ``source`` to the frame ``target``.
 
-        :raises TransformError: if the transform is unknown, see :mod:`cxbridge.space.tf.errors`.
+        :raises UnknownFrameError: if a frame is unknown, or the tree of frames has a loop.
+        :raises NotConnectedError: if the frames are in different trees.
+        :raises ExtrapolationError: if the time precedes the stored transforms.
         """
         target, source = _strip_slash(target), _strip_slash(source)
         with self._lock:
@@ -172,10 +177,10 @@ class TransformBuffer:
     ) -> StampedTransform:
         """Return the transform from ``source`` at one time to ``target`` at another time.
 
-        :param target_us: the time of ``target``.
+        :param target_us: the time of ``target``, and of the result.
         :param source_us: the time of ``source``.
         :param fixed_frame: a frame that does not move between the times.
-        :raises TransformError: if the transform is unknown.
+        :raises TransformError: as :meth:`lookup`.
         """
         to_fixed = self.lookup(fixed_frame, source, source_us)
         to_target = self.lookup(target, fixed_frame, target_us)
@@ -238,7 +243,11 @@ class TransformBuffer:
         return stamped.transform * pose, stamped.stamp_us
 
     def _find_latest_common_time(self, target: str, source: str) -> int:
-        """Return the latest common time of all transforms between two frames, 0 if all are static."""
+        """Return the latest common time of all transforms between two frames; 0 if all are static.
+
+        :raises NotConnectedError: if the frames are in different trees.
+        :raises UnknownFrameError: if the tree of frames has a loop.
+        """
         source_path = self._find_path_to_root(source)
         if target == source:
             transforms = source_path[:1]
@@ -277,7 +286,7 @@ class TransformBuffer:
         if target in source_poses:
             return source_poses[target]
         target_poses, target_error = self._climb(target, "", time_us, known_poses=source_poses)
-        common_frame = next(reversed(target_poses))
+        common_frame = next(reversed(target_poses))  # the last frame of the climb
         if common_frame not in source_poses:
             error = target_error or source_error
             if error is None:
@@ -290,12 +299,15 @@ class TransformBuffer:
     def _climb(
         self, frame: str, goal: str, time_us: int, known_poses: dict[str, Transform] | None = None
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
-        """Return a frame relative to itself and its ancestors, and the error that ended the search.
+        """Climb from a frame to its ancestors; return the frame's pose in each of them, the nearest first.
 
-        The search ends at the goal, at a frame in ``known_poses``, at the root, or at a frame without a
-        transform for the time.
+        The first pose is that in the frame itself. The climb ends at the goal, at a frame in ``known_poses``,
+        at the root, or at a frame without a transform for the time; the error of such a frame is returned,
+        else None.
+
+        :raises UnknownFrameError: if the tree of frames has a loop.
         """
-        poses = {frame: Transform()}  # the pose of the frame in each ancestor
+        poses = {frame: Transform()}
         while (
             frame != goal and (known_poses is None or frame not in known_poses) and frame in self._histories
         ):

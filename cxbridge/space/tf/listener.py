@@ -25,6 +25,7 @@ class TransformListener(Listener, Observer):
     """Reads all present and future TransformInterfaces whose id starts with ``/tf``.
 
     :param buffer: gets the transforms; by default a new buffer.
+    :param owner: the owner of the opened interfaces.
     """
 
     def __init__(
@@ -36,8 +37,8 @@ class TransformListener(Listener, Observer):
         self._lock = threading.RLock()
         self._instances: dict[str, Interface | None] = {}  # by id; None while the interface is being opened
         board.register_observer(self, INTERFACE_TYPE, ID_GLOB)
-        for info in board.list(INTERFACE_TYPE, ID_GLOB):
-            self.interface_created(info.type, info.id)
+        for existing in board.list(INTERFACE_TYPE, ID_GLOB):
+            self.interface_created(existing.type, existing.id)
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Open a new interface."""
@@ -72,7 +73,7 @@ class TransformListener(Listener, Observer):
             return  # as in Fawkes: the interface may not be initialised yet
 
     def writer_removed(self, interface: Interface, serial: object) -> None:  # noqa: ARG002 - a listener's signature
-        """Close an interface that only this process has open."""
+        """Close an interface that only this listener has open, as Fawkes does: its memory is freed."""
         if interface.num_readers <= 1:
             self._instances.pop(interface.id, None)
             self._board.close(interface)
