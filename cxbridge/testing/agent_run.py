@@ -1,6 +1,6 @@
 """A run under the control of a test: cycles run only when the test advances the clock.
 
-Mistakes of the agent and errors in rules become an :class:`AssertionError` with the goals so far.
+Mistakes of the agent and errors in rules become an :class:`AssertionError`, the latter with the goals so far.
 """
 
 from __future__ import annotations
@@ -169,9 +169,9 @@ class AgentRun(World, Closing):
             raise AssertionError(self._add_goals(f"the condition was not met within {timeout:g} s"))
 
     def to_end(self, timeout: float = 600.0) -> None:
-        """Run until all root goals are over, no skill runs and the agenda is empty; see `is_over`.
+        """Run until the run is over, see `is_over`.
 
-        An agent with only MAINTAIN goals, which has no such end, runs for ``timeout``.
+        An agent with only MAINTAIN goals, whose run has no end, runs for ``timeout``.
 
         :param timeout: the limit in seconds of the run's clock.
         :raises AssertionError: if the run is not over at the limit, or the agent quits before.
@@ -203,9 +203,9 @@ class AgentRun(World, Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether all root goals are over, no skill runs and the agenda is empty.
+        """Whether a root goal has ended, no other is open, no skill runs and the agenda is empty.
 
-        Resting MAINTAIN goals count as over once another root goal has ended.
+        Resting MAINTAIN goals do not count as open. If the agent quits, the run is over once no skill runs.
         """
         return self.assembly.is_over and not (self._skills is not None and self._skills.running)
 
@@ -223,7 +223,7 @@ class AgentRun(World, Closing):
             self._timed_actions.pop(0).action()
 
     def _run_cycles(self, is_done: Callable[[], bool]) -> None:
-        """Run cycles until ``is_done()`` is true after a cycle, a rule has an error, or real time is over."""
+        """Run cycles until ``is_done()`` is true after one, a rule has an error, or patience is exceeded."""
         loop, clock = self.assembly.loop, self.assembly.clock
         with self._limit_real_time() as expired:
             while not expired.is_set():
@@ -278,7 +278,7 @@ class AgentRun(World, Closing):
         return self._skills
 
     def unmet_skills(self) -> list[str]:
-        """Return a complaint for each unused entry of the script."""
+        """Return the complaints about entries of the script that no call used and that are not optional."""
         return [] if self._skills is None else self._skills.unmet()
 
     def goals(self, goal_class: str | None = None) -> list[GoalRecord]:
@@ -310,7 +310,10 @@ class AgentRun(World, Closing):
         return actions
 
     def assert_outcomes(self, **outcomes: str) -> None:
-        """Check the outcomes of all goals of the named classes; ``_`` in a class name also means ``-``."""
+        """Check the outcomes of all goals of the named classes; ``_`` in a class name also means ``-``.
+
+        :raises AssertionError: if a class has no goal, or a goal has another outcome.
+        """
         for name, outcome in outcomes.items():
             goals = self.goals(name) or self.goals(name.replace("_", "-"))
             wrong_goals = [
@@ -321,7 +324,7 @@ class AgentRun(World, Closing):
                 raise AssertionError(self._add_goals(f"{name} should be {outcome}: {problem}"))
 
     def describe(self) -> list[str]:
-        """Return the goals, the skills and the end of the log as lines of text."""
+        """Return the time, the goals, the last skills and rules, and the end of the log as lines of text."""
         lines = [f"after {self.seconds:.2f} s, {self.assembly.loop.cycle_count} loops", "goals:"]
         lines += [f"  {line}" for line in latest_lines(goal_tree(self._history.goals))]
         if self._skills is not None and self._skills.calls:
@@ -371,6 +374,7 @@ class AgentRun(World, Closing):
         :param level: ``transitions`` or ``skills``.
         :param time_tolerance: the allowed difference between times in seconds; None: times are not compared.
         :raises AssertionError: if the runs differ, or there is no such file.
+        :raises TraceError: if the order or level is unknown, or the file cannot be read or lacks times.
         """
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")

@@ -93,7 +93,7 @@ class GoldenFiles:
 
 
 def portable_file_name(text: str) -> str:
-    """Return a text as a portable file name, e.g. ``test_move_a-1_`` for ``test_move[a-1]``."""
+    """Return a text as a portable file name, e.g. ``test_move_a-1`` for ``test_move[a-1]``."""
     return re.sub(r"[^A-Za-z0-9._=-]+", "_", text).strip("_")
 
 
@@ -121,9 +121,11 @@ def compare_with_golden(
     start_us: int | None = None,
     page: Path | None = None,
 ) -> list[str]:
-    """Compare a run with a golden file; return the lines of a report, empty if they are equal.
+    """Compare a run with a golden file; return the lines of a report, empty if both runs are equal.
 
-    :param page: a file for a page with both runs side by side, written if they differ.
+    :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
+    :param start_us: the start of the run in microseconds; needed to compare times.
+    :param page: a file for a page with both runs side by side, written if they differ; None: no page.
     :raises TraceError: if the file cannot be read, has no transitions, or has no times although the
         comparison needs times.
     """

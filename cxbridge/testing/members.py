@@ -20,7 +20,7 @@ def find_member(owner: str, subject: object, name: str) -> Callable[..., Any]:
     :param owner: ``cx`` or ``run``.
     :param subject: the fixture or the run.
     :raises AttributeError: if no installed plug-in has the member; the error names the package that has
-        the member.
+        the member, or the documentation if no known package has it.
     """
     member = f"{owner}.{name}"
     for row in MEMBERS.rows:

@@ -90,7 +90,10 @@ class FawkesTemplate(Template):
     fawkes_dir: Annotated[Path | None, Meta(description="With --from-fawkes: the checkout.")] = None
 
     def files(self, name: str) -> Mapping[str, str]:
-        """Return files that refer to the checkout."""
+        """Return files that refer to the checkout.
+
+        :raises CxbridgeError: if no checkout is named, or the checkout has no such agent.
+        """
         if self.fawkes_dir is None:
             raise CxbridgeError("--from-fawkes needs a checkout", hint="name it with --fawkes-dir")
         checkout = self.fawkes_dir.absolute()
@@ -109,15 +112,17 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
     """
     name = _check_agent_name(folder)
     template = options.find_selected_template()
-    templates = shipped_dir("templates")
+    templates_folder = shipped_dir("templates")
     if template is None:
-        files: Mapping[str, str] = read_template(templates / _TUTORIAL_TEMPLATE, {_TUTORIAL_TEMPLATE: name})
+        files: Mapping[str, str] = read_template(
+            templates_folder / _TUTORIAL_TEMPLATE, {_TUTORIAL_TEMPLATE: name}
+        )
     else:
         files = template.files(name)
     return _write_new_files(
         {
             folder / path: text
-            for path, text in {**files, **read_template(templates / _SHARED_TEMPLATE)}.items()
+            for path, text in {**files, **read_template(templates_folder / _SHARED_TEMPLATE)}.items()
         }
     )
 
@@ -175,7 +180,10 @@ def _check_agent_name(folder: Path) -> str:
 
 
 def _write_new_files(files: Mapping[Path, str]) -> list[Path]:
-    """Write all files, or none if one of them exists; return their paths."""
+    """Write all files and return their paths.
+
+    :raises CxbridgeError: if a file exists, before any file is written, or if a file cannot be written.
+    """
     for file in files:
         if file.exists() or file.is_symlink():
             raise CxbridgeError(

@@ -56,6 +56,7 @@ class ScriptedSkillers(SkillScript):
 
     def loop(self) -> None:
         """Run a step of each Skiller; for the hook ``skill``."""
+        # a copy, because the effect of a skill may let a Skiller vanish
         for skiller in list(self._skillers.values()):
             skiller.loop()
 
@@ -65,7 +66,7 @@ class ScriptedSkillers(SkillScript):
             self.vanish(name)
 
     def unmet(self) -> list[str]:
-        """Return a complaint for each unused entry of the script."""
+        """Return the complaints about entries of the script that no call used and that are not optional."""
         mappings = (
             item.text
             for item in self._run.config.search("/clips-executive/specs")
@@ -75,12 +76,18 @@ class ScriptedSkillers(SkillScript):
         return self.list_complaints({match.group() for match in name_matches if match})
 
     def vanish(self, skiller: str = "Skiller") -> None:
-        """Let a Skiller crash: its interface loses its writer, and its current skill never ends."""
+        """Let a Skiller crash: its interface loses its writer, and its current skill never ends.
+
+        :raises AssertionError: if no Skiller with this name is running.
+        """
         self._check_skiller_name(skiller)
         self._skillers.pop(skiller).close()
 
     def come_back(self, skiller: str = "Skiller") -> None:
-        """Restart a crashed Skiller."""
+        """Restart a crashed Skiller.
+
+        :raises AssertionError: if the Skiller is running, or the run has no Skiller with this name.
+        """
         if skiller in self._skillers:
             raise AssertionError(f"Skiller '{skiller}' is already running")
         if skiller not in self._skiller_names:
@@ -91,8 +98,12 @@ class ScriptedSkillers(SkillScript):
         self._skillers[skiller] = SkillerSimulator(run.board, run.clock, run.bus, deciders, name=skiller)
 
     def take_control(self, skiller: str = "Skiller") -> None:
-        """Let another client steal a Skiller's exclusive control in the next cycle."""
+        """Let another client steal a Skiller's exclusive control in the next cycle.
+
+        :raises AssertionError: if no Skiller with this name is running.
+        """
         self._check_skiller_name(skiller)
+        # the reader stays open: a Skiller revokes the control of a reader that closes
         reader = self._run.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")
         message.set("steal_control", True)

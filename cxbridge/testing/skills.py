@@ -99,6 +99,7 @@ class SkillRule:
         :param after: the duration of each call in seconds.
         :param times: the number of calls; None: all further calls.
         :param then: changes the world at the end of each call.
+        :raises ValueError: if ``after`` is negative or ``times`` is less than 1.
         """
         return self._add_behaviour(_make_constant_answer(Outcome(after)), times, then)
 
@@ -107,7 +108,7 @@ class SkillRule:
     ) -> Self:
         """Let the calls fail with an error.
 
-        The other parameters are those of :meth:`succeeds`.
+        The other parameters and the exception are those of :meth:`succeeds`.
         """
         return self._add_behaviour(_make_constant_answer(Outcome(after, Status.S_FAILED, error)), times, then)
 
@@ -116,7 +117,11 @@ class SkillRule:
         return self._add_behaviour(_make_constant_answer(Outcome(FOREVER_S)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
-        """Let a function determine the outcome at the start of each call."""
+        """Let a function determine the outcome at the start of each call.
+
+        :raises TypeError: if ``answer`` is not a function.
+        :raises ValueError: if ``times`` is less than 1.
+        """
         return self._add_behaviour(answer, times, then)
 
     def _add_behaviour(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:

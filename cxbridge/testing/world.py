@@ -27,14 +27,17 @@ class World:
         self._readers: dict[str, Interface] = {}
 
     def facts(self, template: str, **slots: object) -> list[dict[str, Value]]:
-        """Return the facts of a deftemplate with these slot values; ``_`` in names means ``-``."""
+        """Return the facts of a deftemplate with these slot values; ``_`` in names also means ``-``.
+
+        :raises AssertionError: if there is no such deftemplate, or its facts have no such slot.
+        """
         with self._env.lock:
             return [fact for _, fact in self._find_facts(template, slots)]
 
     def fact(self, template: str, **slots: object) -> dict[str, Value]:
         """Return the only matching fact.
 
-        :raises AssertionError: if no fact or several facts match.
+        :raises AssertionError: if no fact or several facts match, or as :meth:`facts`.
         """
         facts = self.facts(template, **slots)
         if len(facts) != 1:
@@ -49,7 +52,7 @@ class World:
         if not self._env.has_template(template):
             suggestion = bracketed_suggestion(template, construct_names(self._env, "deftemplate"))
             raise AssertionError(f"there is no deftemplate '{template}'{suggestion}")
-        # Python's keywords cannot have a dash, while names of slots may have a dash or an underscore
+        # names of keyword arguments cannot have a dash, while names of slots may have dashes or underscores
         expected_values = {name.replace("_", "-"): _to_comparable(value) for name, value in slots.items()}
         matching_facts = []
         for index, _, fact in self._env.facts(template):
@@ -80,13 +83,17 @@ class World:
                     raise AssertionError(f"{text} cannot be asserted: {reason}") from None
 
     def retract(self, template: str, **slots: object) -> int:
-        """Retract the matching facts; return their number."""
+        """Retract the matching facts; return their number.
+
+        :raises AssertionError: as :meth:`facts`.
+        """
         with self._env.lock:
             return sum(self._env.retract(index) for index, _ in self._find_facts(template, slots))
 
     def write(self, uid: str, **fields: object) -> None:
         """Write an interface, and remain its writer.
 
+        :param uid: the type and id of the interface, ``TYPE::ID``.
         :raises CxbridgeError: if there is no such interface or field, or the interface has another writer.
         """
         if uid not in self._writers:

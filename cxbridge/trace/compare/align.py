@@ -29,7 +29,10 @@ Block: TypeAlias = tuple[int, int, int]
 
 
 def align(a: Sequence[int], b: Sequence[int]) -> list[Block]:
-    """Return the blocks of equal items; both starts increase."""
+    """Return the blocks of equal items, in order in both sequences.
+
+    The first and the last block, at the ends of the sequences, may be empty.
+    """
     # similar runs consist mostly of equal starts and ends
     start_a = start_b = sum(takewhile(bool, map(eq, a, b)))
     end_a, end_b = len(a), len(b)
@@ -54,8 +57,13 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[Block]:
 
 
 def _find_blocks(a: Sequence[int], b: Sequence[int]) -> Sequence[Block]:
-    """Return blocks of equal items in order, as far as the exact algorithm comes or for the whole window."""
-    # by diagonal, the index in a that a path has reached, and its equal blocks
+    """Return blocks of equal items in order.
+
+    The exact algorithm finds the blocks up to :data:`MAX_EDITS` edits from the start. If these blocks are
+    few, difflib finds the blocks of the whole sequences.
+    """
+    # by diagonal, the index in a that a path has reached, and its equal blocks; as in Myers' paper, the first
+    # entry is on the diagonal 1, from which a step down leads to the start
     reach: dict[int, tuple[int, tuple[Block, ...]]] = {1: (0, ())}
     for edits in range(MAX_EDITS + 1):
         # after n edits, paths are on the diagonals of the parity of n
@@ -71,13 +79,13 @@ def _find_blocks(a: Sequence[int], b: Sequence[int]) -> Sequence[Block]:
                 return blocks
             reach[diagonal] = (end, blocks)
     candidates = [
-        (2 * end - diagonal, blocks)
+        (2 * end - diagonal, blocks)  # the number of items of both sequences that the path has passed
         for diagonal, (end, blocks) in reach.items()
         if end <= len(a) and end - diagonal <= len(b)
     ]
-    length, blocks = max(candidates, key=itemgetter(0))
-    # fewer pairs are coincidences
-    if 3 * sum(size for *_, size in blocks) > length:
+    passed_count, blocks = max(candidates, key=itemgetter(0))
+    # if less than two thirds of the items have a partner (chosen freely), their pairs are rather coincidences
+    if 3 * sum(size for *_, size in blocks) > passed_count:
         return blocks
     # the last block is empty
     return SequenceMatcher(None, a, b, autojunk=False).get_matching_blocks()[:-1]

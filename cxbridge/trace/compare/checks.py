@@ -21,18 +21,19 @@ _FACT_ID: Final = re.compile(r'\(id "?([^")]*)')
 class PairChecks:
     """Finds differences between paired steps, given in order.
 
-    The ids of the messages of a Skiller or interface count as equal if the offset is that of an earlier pair.
+    The message ids of a Skiller or interface count as equal if their offset is one of its last two offsets.
 
     :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
     """
 
     def __init__(self, tolerance_s: float | None) -> None:
         self._tolerance_us = None if tolerance_s is None else round(tolerance_s * MICROSECONDS)
-        self._last_times: dict[Hashable, tuple[int, int]] = {}  # of both runs
+        self._last_times_us: dict[Hashable, tuple[int, int]] = {}  # of both runs, by thread
         self._offsets: dict[Hashable, tuple[int, int]] = {}  # the previous and the last offset by stream
         # in both runs, by goal or plan-action
         self._details: tuple[dict[Hashable, NamedKey], dict[Hashable, NamedKey]] = ({}, {})
-        self._reported: dict[Hashable, tuple[NamedKey | None, ...]] = {}
+        # the differing details of both runs that were yielded last, by goal or plan-action
+        self._reported_details: dict[Hashable, tuple[NamedKey | None, ...]] = {}
         self._has_unpaired_details = False
 
     def find_differences(self, a: Step, b: Step) -> Iterator[Difference]:
@@ -42,23 +43,28 @@ class PairChecks:
             yield Difference("another message id", "", *sides, DifferenceKind.MSGID)
         if self._tolerance_us is not None:
             # the first event of a thread has no earlier time, so its lag is 0
-            last_a_us, last_b_us = self._last_times.get(a.thread, (a.time_us, b.time_us))
-            self._last_times[a.thread] = (a.time_us, b.time_us)
+            last_a_us, last_b_us = self._last_times_us.get(a.thread, (a.time_us, b.time_us))
+            self._last_times_us[a.thread] = (a.time_us, b.time_us)
             lag_us = (b.time_us - last_b_us) - (a.time_us - last_a_us)
             if abs(lag_us) > self._tolerance_us:
-                lag = f"{abs(lag_us) / MICROSECONDS:.6g} s {'later' if lag_us > 0 else 'earlier'}"
-                yield Difference(f"another time: {lag} in B", "", *sides, DifferenceKind.TIME)
+                lag_text = f"{abs(lag_us) / MICROSECONDS:.6g} s {'later' if lag_us > 0 else 'earlier'}"
+                yield Difference(f"another time: {lag_text} in B", "", *sides, DifferenceKind.TIME)
         if a.details or b.details or self._has_unpaired_details:
             self._note_details(0, a)
             self._note_details(1, b)
             details_a, details_b = pair = tuple(details.get(a.subject) for details in self._details)
             # a detail that differs in all events of a goal or plan-action is one difference
-            if details_a and details_b and details_a != details_b and self._reported.get(a.subject) != pair:
-                self._reported[a.subject] = pair
+            if (
+                details_a
+                and details_b
+                and details_a != details_b
+                and self._reported_details.get(a.subject) != pair
+            ):
+                self._reported_details[a.subject] = pair
                 yield Difference(describe_changes(details_a, details_b), "", *sides, has_details=True)
 
     def note_unpaired(self, run: int, step: Step) -> None:
-        """Note a step that only one run has."""
+        """Note a step that only one run has: 0 is A, 1 is B."""
         if step.msgid is not None:
             # such an event may shift the later message ids
             self._offsets.pop(_message_stream(step), None)
@@ -83,7 +89,7 @@ class PairChecks:
 
 
 def _message_stream(step: Step) -> Hashable:
-    """Return the Skiller or interface that numbers its messages together."""
+    """Return the Skiller or interface whose messages share a sequence of ids."""
     parts, _names = step.thread
     if step.key[0] != "fact":
         return parts

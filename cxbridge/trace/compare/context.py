@@ -61,7 +61,7 @@ def read_contexts(
                 for recent_number, recent_event in recent
             ]
             contexts[number] = DifferenceContext(
-                lines, [describe_event(rule) for rule in rules], [*goal_lines(goals)]
+                lines, [describe_event(rule) for rule in rules], [*goals_at_difference(goals)]
             )
             incomplete_positions.append(number)
         # all contexts are complete, and the rest of the run may be long
@@ -81,7 +81,7 @@ def event_line(number: int, event: Event, start_us: int, *, here: bool = False) 
     return EventLine(number + 1, (event.time_us - start_us) / MICROSECONDS, describe_event(event), here)
 
 
-def goal_lines(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:
+def goals_at_difference(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:
     """Yield the goals as a tree; retracted roots are left out with their sub-goals."""
     forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
     for name, depth in forest.walk(name for name in forest.roots if goals[name].mode != "RETRACTED"):

@@ -29,11 +29,13 @@ class GoalMatch:
     """The paired goals of two runs.
 
     Goals form a pair if their parents do, and environment, class, sub-type and id without gensym number are
-    equal. Of several such siblings, those with equal behaviour are paired first, then the most similar ones.
+    equal. Of several such siblings, those with equal behaviour are paired first, then the most similar ones,
+    and the others in their order.
 
     :ivar pairs: the pairs of goals of both runs, parents before their children.
     :ivar unmatched_goals: the goals of each run without a partner, but not the goals below them.
-    :ivar labels: the name of each goal in reports, equal for both goals of a pair.
+    :ivar forests: the goals of both runs.
+    :ivar labels: the name in reports of each paired or unmatched goal, equal for both goals of a pair.
     """
 
     def __init__(self, a: GoalForest, b: GoalForest) -> None:
@@ -42,6 +44,7 @@ class GoalMatch:
         self.unmatched_goals: tuple[list[Goal], list[Goal]] = ([], [])
         self.labels: dict[Goal, str] = {}
         self._label_counts: Counter[str] = Counter()
+        # with the place among the transitions of the parent, and without: equal places are paired first
         self._signatures: list[dict[Goal, int]] = []
         for with_parent in (True, False):
             numbers: dict[object, int] = {}
@@ -93,15 +96,15 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
     """
     behaviours = {goal: _count_behaviour(goal) for goal in (*goals_a, *goals_b)}
     ranking = sorted(
-        (-_similarity(behaviours[goal_a], behaviours[goal_b]), abs(i - j), i, j)
-        for i, goal_a in enumerate(goals_a)
-        for j, goal_b in enumerate(goals_b)
+        (-_similarity(behaviours[goal_a], behaviours[goal_b]), abs(index_a - index_b), index_a, index_b)
+        for index_a, goal_a in enumerate(goals_a)
+        for index_b, goal_b in enumerate(goals_b)
         if goal_a.kind == goal_b.kind
     )
     paired_goals: set[Goal] = set()
     pairs: list[GoalPair] = []
-    for *_, i, j in ranking:
-        pair = goals_a[i], goals_b[j]
+    for *_, index_a, index_b in ranking:
+        pair = goals_a[index_a], goals_b[index_b]
         if paired_goals.isdisjoint(pair):
             paired_goals.update(pair)
             pairs.append(pair)

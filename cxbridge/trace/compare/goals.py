@@ -26,7 +26,7 @@ class GoalKey(NamedTuple):
 
 
 GOAL_ITSELF: Final = ""
-"""The plan of the transitions of the goal itself."""
+"""The key of the transitions of a goal itself, where other steps have their plan."""
 
 Steps: TypeAlias = Sequence[Step]
 
@@ -35,8 +35,8 @@ Steps: TypeAlias = Sequence[Step]
 class Goal:
     """A goal and its plans.
 
-    :param threads: the steps by plan, those of the goal without transitions that change only the parent. The
-        plans have their recorded ids while the run is read, afterwards ids that are equal in all runs.
+    :param threads: the steps by plan, and those of the goal itself by :data:`GOAL_ITSELF`. The plans have
+        their recorded ids while the run is read, afterwards ids that are equal in all runs.
     :param details: the changes of details, such as parameters, by plan.
     :param errors: the errors of the transitions as recorded, by the index of the transition.
     :param error_mentions: the kind of each goal whose error names this goal, and the index of the transition.
@@ -64,16 +64,16 @@ class Goal:
 
     @property
     def first_position(self) -> int:
-        """The position of the first transition."""
+        """The position of the first step of the goal and its plans."""
         return min(steps[0].position for steps in self.threads.values())
 
     @property
     def goal_count(self) -> int:
-        """The number of goals in this subtree."""
+        """The number of goals in this subtree, including this goal."""
         return sum(1 for _ in walk_goals([self]))
 
     def find_keys(self) -> list[tuple[str, tuple[Key, ...]]]:
-        """Return the keys of all steps and details, by plan."""
+        """Return the keys of all steps, then those of all details, each with their plan."""
         threads = (*self.threads.items(), *self.details.items())
         return [(plan, tuple(step.key for step in steps)) for plan, steps in threads]
 
@@ -136,34 +136,37 @@ class GoalForest:
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
     def _add_goal_transition(self, goal: Goal, step: Step, event: GoalTransition) -> None:
-        """Add a transition of a goal, unless the transition changes only the parent."""
+        """Add a transition of a goal, unless mode, outcome and error are those of the transition before."""
         goal.goal_class = _join_classes(goal.goal_class, event.goal_class)
         goal.sub_type = _join_classes(goal.sub_type, event.sub_type)
         parent = parent_id(event.parent)
         goal.parent = None if parent is None else GoalKey(goal.key.env, intern(parent))
-        number = len(goal.transitions)
+        index = len(goal.transitions)
         # class, sub-type and parent are compared once: a tree may be built from its leaves or from its root
         # (docs/evidence/comparing.md), so that a new parent alone is no transition
         key = (*step.key[:3], "", "", "", *step.key[6:])
         key = self._keys.setdefault(key, key)
         step = Step(key, (), step.position, step.time_us)
-        if number and goal.transitions[-1].key == key and goal.errors.get(number - 1, "") == event.error:
+        if index and goal.transitions[-1].key == key and goal.errors.get(index - 1, "") == event.error:
             return
         goal.threads[GOAL_ITSELF].append(step)
         if event.error:
-            goal.errors[number] = event.error
+            goal.errors[index] = event.error
 
     def _link_goals(self) -> list[Goal]:
-        """Link goals to their parents; return those without a known parent."""
+        """Complete the goals of the whole run; return those without a known parent.
+
+        The goals get their children, the final ids of their plans and the mentions in errors.
+        """
         forest = Forest({key: goal.parent for key, goal in self.goals.items()})
         for key, goal in self.goals.items():
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
             goal.rename_plans()
             # an error may name one of several siblings that behave equally: the mention tells them apart
-            for number, error in goal.errors.items():
+            for index, error in goal.errors.items():
                 for word in error.split():
                     if mentioned_goal := self.goals.get(GoalKey(key.env, word)):
-                        mentioned_goal.error_mentions.append((goal.kind, number))
+                        mentioned_goal.error_mentions.append((goal.kind, index))
         return [self.goals[key] for key in forest.roots]
 
 
@@ -186,8 +189,8 @@ def walk_goals(roots: Iterable[Goal]) -> Iterator[Goal]:
 def goal_signatures(forest: GoalForest, numbers: dict[object, int], *, with_parent: bool) -> dict[Goal, int]:
     """Return a number per goal, equal for goals whose subtrees behaved equally.
 
-    :param numbers: the numbers assigned so far, for any number of runs.
-    :param with_parent: include the position among the parent's transitions.
+    :param numbers: the assigned numbers by behaviour, which the function completes; the same for all runs.
+    :param with_parent: whether the position among the parent's transitions belongs to the behaviour.
     """
     signatures: dict[Goal, int] = {}
     # children before their parents, whose signature contains theirs

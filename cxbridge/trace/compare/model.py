@@ -60,7 +60,7 @@ class Side:
 
     @property
     def number(self) -> int | None:
-        """The position from 1."""
+        """The position from 1; None without a position."""
         return None if self.position is None else self.position + 1
 
 
@@ -70,7 +70,8 @@ class Difference:
 
     :param what: the difference as text, such as the differing parts.
     :param subject: the goal, plan, Skiller or interface; empty until the event is read.
-    :param count: the number of consecutive events.
+    :param count: the number of events: those in a row, those of a goal that only one run has, or the
+        difference between two numbers of times.
     :param has_details: whether details, such as parameters, differ: the text of an event does not show them.
     """
 

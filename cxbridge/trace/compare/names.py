@@ -37,7 +37,7 @@ MAX_CACHED_TEXTS: Final = 20_000
 """The number of texts whose names are cached, because the events of a goal repeat their texts."""
 
 PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
-"""The replacement of a name."""
+"""The pattern of the text that replaces a name."""
 
 Names: TypeAlias = tuple[int, ...]
 """The names in a text, in order, as numbers by first appearance in the run."""

@@ -44,12 +44,13 @@ def _describe_goal(goal: Goal) -> str:
 
 
 def _pair_streams(a: GoalForest, b: GoalForest) -> Iterator[tuple[str, Steps, Steps]]:
+    """Yield each Skiller or interface with its steps in both runs."""
     for subject in {**a.streams, **b.streams}:
         yield subject, a.streams.get(subject, ()), b.streams.get(subject, ())
 
 
 def _pair_threads(match: GoalMatch) -> Iterator[tuple[str, Steps, Steps]]:
-    """Yield the transitions of all goals and plans, paired."""
+    """Yield each paired goal, and each plan of such a goal, with its transitions in both runs."""
     for goals in match.pairs:
         for plan in goals[0].threads | goals[1].threads:
             steps_a, steps_b = (
@@ -60,7 +61,7 @@ def _pair_threads(match: GoalMatch) -> Iterator[tuple[str, Steps, Steps]]:
 
 
 def _pair_details(match: GoalMatch) -> Iterator[tuple[str, Steps, Steps]]:
-    """Yield the details of all goals and plans, paired."""
+    """Yield each paired goal, and each plan that both goals have, with its details in both runs."""
     for goal_a, goal_b in match.pairs:
         # an action that only one run has is a difference of the plan already, and details that only one run
         # has are not compared
@@ -98,18 +99,22 @@ def find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]:
 
     :param matches: the goals of the first run with those of each of the other runs, all without differences.
     """
-    partners = [dict(match.pairs) for match in matches]
-    for goal in partners[0]:
+    partners_by_goal = [dict(match.pairs) for match in matches]  # in each of the other runs
+    for goal in partners_by_goal[0]:
         inner_threads = [
             *((child, GOAL_ITSELF) for child in goal.children),
             *((goal, plan) for plan in goal.threads if plan),
         ]
         for owner, plan in inner_threads:
-            runs = [(goal, owner), *((partner[goal], partner[owner]) for partner in partners)]
-            inner_steps = [run_owner.threads.get(plan, ()) for _, run_owner in runs]
+            # of each run, the first run before the others
+            outer_goals = [goal, *(partners[goal] for partners in partners_by_goal)]
+            inner_steps = [
+                run_owner.threads.get(plan, ())
+                for run_owner in (owner, *(partners[owner] for partners in partners_by_goal))
+            ]
             counts = [
                 outer_goal.counts_before(steps)
-                for (outer_goal, _), steps in zip(runs, inner_steps, strict=True)
+                for outer_goal, steps in zip(outer_goals, inner_steps, strict=True)
             ]
             for index, step_counts in enumerate(zip(*counts, strict=True)):
                 # a child may be formulated before its parent, depending on how the rules build the tree: the
@@ -148,14 +153,15 @@ def compare_counts(a: Steps, b: Steps) -> Iterator[Difference]:
     counts = [Counter(step.key for step in steps) for steps in (a, b)]
     last_positions = [{step.key: step.position for step in steps} for steps in (a, b)]
     for key in counts[0] | counts[1]:
-        times = [run_counts[key] for run_counts in counts]
-        if times[0] != times[1]:
+        count_a, count_b = (run_counts[key] for run_counts in counts)
+        if count_a != count_b:
             side_a, side_b = (
                 Side(positions.get(key), f"{count} times")
-                for positions, count in zip(last_positions, times, strict=True)
+                for positions, count in zip(last_positions, (count_a, count_b), strict=True)
             )
-            # the text of a fact begins with its template
+            # the environment, and the rule or a fact's direction and text; the template, which precedes these
+            # in the key of a fact, is also in the text
             subject = f"{key[1]}: {' '.join(key[2:][-2:])}"
-            count = abs(times[0] - times[1])
+            count = abs(count_a - count_b)
             description = "another number of times"
             yield Difference(description, subject, side_a, side_b, DifferenceKind.COUNT, count)

@@ -37,7 +37,8 @@ def compare_runs(
     :param others: at least one run to compare with.
     :param selection: the compared events; None: all.
     :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
-    :raises TraceError: if a run cannot be read, or was not recorded at this level.
+    :raises TraceError: if a run cannot be read, was not recorded at this level or has no compared event, or
+        if times cannot be compared at this level and in this order.
     """
     is_counted = order is Order.PARTIAL and view in COUNTED_VIEWS
     if tolerance_s is not None and is_counted:
@@ -46,8 +47,8 @@ def compare_runs(
             hint="use --order total with --time-tolerance",
         )
     missing_details = find_missing_details([a, *others]) if view is View.TRANSITIONS else {}
-    shared: dict[Any, Any] = {}
-    counts: list[int] = []
+    shared: dict[Any, Any] = {}  # one object for each key, see StepReader
+    counts: list[int] = []  # of the compared events, by run
 
     def read(run: Run) -> Iterator[tuple[Step, Event]]:
         reader = StepReader(missing_details, shared)
@@ -85,7 +86,7 @@ def compare_runs(
         other_index, differences = 0, sort_differences(find_broken_relations(matches))
     _describe_events(differences, "a", compared_contents(a, view, selection))
     _describe_events(differences, "b", compared_contents(others[other_index], view, selection))
-    return Comparison(view, order, counts[0], counts[-1], differences, other_index)
+    return Comparison(view, order, counts[0], counts[other_index + 1], differences, other_index)
 
 
 def _describe_events(differences: Sequence[Difference], side_name: str, events: Iterable[Event]) -> None:

@@ -25,14 +25,14 @@ from cxbridge.events import (
 )
 
 ContentSelector: TypeAlias = Callable[[Event], Event | None]
-"""Gets the events of one run in order; returns the compared content of each, or None."""
+"""Gets the events of one run in order; returns the compared content of each, None to leave the event out."""
 
 # A pattern with only these fields selects goals as a whole, with their plan-actions and all states.
 _WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
 
 
 def pattern_fields_by_kind() -> Mapping[str, Mapping[str, str]]:
-    """Return the fields that patterns can name with their attributes, by kind; compared kinds first."""
+    """Return the attributes of events by the fields that patterns can name, by kind; compared kinds first."""
     compared_types = [event_type for view in View for event_type in view.event_types]
     kinds = (event_type.KIND for event_type in (*compared_types, *EVENT_TYPES.values()))
     return {kind.name: kind.pattern_fields for kind in kinds if kind.pattern_fields}
@@ -42,7 +42,8 @@ def pattern_fields_by_kind() -> Mapping[str, Mapping[str, str]]:
 class EventPattern:
     """A pattern that selects events, or fields of events.
 
-    :param field: a glob for the selected fields; empty: the whole event is selected.
+    :param field: the selected field, or a glob for the fields of an interface or the slots of a fact; empty:
+        the whole event is selected.
     :param field_globs: globs that the fields of the event must match, by field.
     """
 
@@ -103,7 +104,7 @@ def _known_fields_hint(fields: Mapping[str, str]) -> str:
 
 
 class Selection:
-    """The selected events of all runs, and the patterns that matched.
+    """The selection of events by patterns, for all compared runs; notes the patterns that matched.
 
     :param only: events that match no pattern are left out; empty selects all.
     :param ignore: matching events, or fields of events, are left out.
@@ -177,8 +178,8 @@ class _SelectionReader:
         content: Event | None = event
         if self._only:
             # every pattern is tried, so that each matching pattern counts as used
-            is_selected = [self._matches(pattern, kind, event, values) for pattern in self._only]
-            content = event if any(is_selected) else None
+            matches = [self._matches(pattern, kind, event, values) for pattern in self._only]
+            content = event if any(matches) else None
         for pattern in self._ignore:
             if content is not None and self._matches(pattern, kind, event, values):
                 content = _remove_field(content, pattern.field) if pattern.field else None
@@ -226,6 +227,7 @@ def _remove_field(event: Event, field: str) -> Event:
     if isinstance(event, FactChange):
         return replace(event, text=_remove_slots(event.text, field))
     attribute = event.KIND.pattern_fields[field]
+    # the empty value of the attribute's type, which is equal in all events
     return replace(event, **{attribute: type(getattr(event, attribute))()})
 
 

@@ -79,13 +79,16 @@ def compare_sequences(
 
 
 class _SequencePair:
+    """Two sequences of steps, with the blocks of their pairs and the steps without partners."""
+
     def __init__(
         self, sequences: tuple[Sequence[Step], Sequence[Step]], subject: str, common_names: Collection[int]
     ) -> None:
         self._sequences = sequences
         self._subject = subject
         self._common_names = common_names
-        # hashes of a million steps need less memory than their contents
+        # hashes of a million steps need less memory than their contents; different contents hardly ever have
+        # equal hashes
         self._blocks = align(*(array("q", (hash(step.content) for step in steps)) for steps in sequences))
         # the steps without partners, each with the number of blocks before it
         self._unpaired: tuple[dict[int, int], dict[int, int]] = ({}, {})
@@ -102,6 +105,7 @@ class _SequencePair:
         return starts[run] + size - 1
 
     def find_differences(self, checks: PairChecks) -> Iterator[Difference]:
+        """Return the differences of steps without partners and those that checks find in pairs, in order."""
         placed_differences = [(edit.place, self._make_difference(edit)) for edit in self._find_edits()]
         steps_a, steps_b = self._sequences
         for number, (start_a, start_b, size) in enumerate(self._blocks):
@@ -118,20 +122,20 @@ class _SequencePair:
     def _find_edits(self) -> list[Edit]:
         """Return the edits in order, consecutive ones joined."""
         edits: list[Edit] = []
-        rest = [*self._unpaired[0]], [*self._unpaired[1]]
+        remaining_indices = [*self._unpaired[0]], [*self._unpaired[1]]
         # first the moved steps: a late step must not be paired with another step as changed
         for kind, find_keys in (
             (DifferenceKind.ORDER, self._find_contents),
             (DifferenceKind.CHANGED, self._find_thread_steps),
         ):
             # without steps to pair, the count of a long run is needless
-            if not all(rest):
+            if not all(remaining_indices):
                 break
-            pairs = pop_equal_pairs(*rest, find_keys(0).__getitem__, find_keys(1).__getitem__)
+            pairs = pop_equal_pairs(*remaining_indices, find_keys(0).__getitem__, find_keys(1).__getitem__)
             edits += (Edit(kind, pair, min(map(self._find_place, (0, 1), pair))) for pair in pairs)
         goal_edits: dict[Hashable, Edit] = {}
         for run, kind in enumerate(ONE_SIDED_KINDS):
-            for index in rest[run]:
+            for index in remaining_indices[run]:
                 indices = (MISSING, index) if run else (index, MISSING)
                 edit = Edit(kind, indices, self._find_place(run, index))
                 _thread, names = self._sequences[run][index].thread
@@ -198,6 +202,7 @@ class _SequencePair:
         noun, single_noun = ("value", "a value") if has_details else ("event", "an event")
         events = single_noun if edit.count == 1 else f"{edit.count} {noun}s"
         if edit.kind is DifferenceKind.ORDER:
+            # the place of a moved step is the earlier of its two places; its rank is the run
             return f"{events} in another order: {'earlier' if edit.place.rank else 'later'} in B"
         run = ONE_SIDED_KINDS.index(edit.kind)
         name, other_name = "AB"[run], "BA"[run]

@@ -10,7 +10,7 @@ from cxbridge.trace.compare.model import Difference
 from cxbridge.trace.compare.render.text import ComparisonReport, summary
 
 MAX_DIFFERENCES: Final = 1000
-"""The maximum number of differences in the output."""
+"""The maximum number of differences in the output, chosen freely; ``total`` counts all."""
 
 VERSION: Final = 3
 """The version of the format; increased when a field is removed or changes its meaning."""
