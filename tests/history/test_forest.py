@@ -14,7 +14,7 @@ from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.history.tree import latest_lines
 from cxbridge.run.result import COMPLETED, RunResult
-from cxbridge.trace.compare.context import goal_lines
+from cxbridge.trace.compare.context import goals_at_difference
 from cxbridge.trace.compare.goals import GoalForest, walk_goals
 from cxbridge.trace.compare.steps import StepReader
 from tests.history.runs import goal
@@ -95,7 +95,7 @@ def comparison_goals(shape: dict[str, str]) -> list[str]:
 
 
 def trail_goals(shape: dict[str, str]) -> list[str]:
-    return [line.goal for line in goal_lines({event.goal: event for event in events(shape)})]
+    return [line.goal for line in goals_at_difference({event.goal: event for event in events(shape)})]
 
 
 def report_goals(shape: dict[str, str]) -> list[str]:

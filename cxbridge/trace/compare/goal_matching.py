@@ -30,7 +30,7 @@ class GoalMatch:
 
     Goals form a pair if their parents do, and environment, class, sub-type and id without gensym number are
     equal. Of several such siblings, those with equal behaviour are paired first, then the most similar ones,
-    and the others in their order.
+    and the remaining siblings in their order.
 
     :ivar pairs: the pairs of goals of both runs, parents before their children.
     :ivar unmatched_goals: the goals of each run without a partner, but not the goals below them.
