@@ -249,7 +249,7 @@ class Run(Closing):
 
     def shared_object(self, make: Callable[[Self], T]) -> T:
         """Return the object that a plug-in shares within the run; the first call makes the object."""
-        return self._shared.get(make, self)
+        return self._shared.get_or_make(make, self)
 
     def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has such settings
         """Return a plug-in's settings of a daemon; None in a run."""

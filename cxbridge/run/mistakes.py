@@ -41,7 +41,7 @@ class AgentChecks:
     Each mistake is reported once.
 
     :param agents: the agents, not yet started. Their mistakes are no longer logged individually.
-    :param strict: overrides :attr:`RunOptions.strict`.
+    :param strict: overrides :attr:`RunOptions.strict`; None: each agent's own option.
     """
 
     def __init__(self, agents: Iterable[Run], *, strict: bool | None = None) -> None:
@@ -54,7 +54,8 @@ class AgentChecks:
     def joined(self, agent: Run) -> None:
         """Add an agent before its start.
 
-        For an agent that is lenient by default, only missing files count.
+        For an agent that is lenient by default, only missing files count; for one that is lenient by its
+        options, no mistake counts.
         """
         strict = agent.options.strict if self._strict is None else self._strict
         if strict or (strict is None and not agent.source.is_lenient):
@@ -84,13 +85,13 @@ class AgentChecks:
         :raises BrokenAgentError: if an agent has mistakes.
         """
         for loading in self._loadings:
-            if loading.has_new_diagnostics:
+            if loading.may_have_new_mistakes:
                 started = loading.is_initialized
                 self._raise_mistakes(loading.take_mistakes(), started=started)
 
     @property
     def all_initialized(self) -> bool:
-        """Whether the initialisation of all agents has ended."""
+        """Whether the initialisation has ended in all agents that are not lenient."""
         return all(loading.is_initialized for loading in self._loadings)
 
     @staticmethod
@@ -115,8 +116,8 @@ class _Loading:
         self._reported_count = 0
 
     @property
-    def has_new_diagnostics(self) -> bool:
-        """Whether new mistakes are possible."""
+    def may_have_new_mistakes(self) -> bool:
+        """Whether new mistakes are possible: after new diagnostics, and when the initialisation has ended."""
         return len(self._loader.diagnostics) > self._reported_count or (
             not self.is_initialized and self._executive.is_initialized
         )
@@ -172,7 +173,10 @@ def _find_root_mistakes(
 
 
 def contains_call_to(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
-    """Return whether a line of a file uses one of these constructs, e.g. calls one of these functions."""
+    """Return whether a line of a file uses one of these constructs, e.g. calls one of these functions.
+
+    False without a line, and for a line that cannot be read.
+    """
     if not (file and line and constructs):
         return False
     try:
@@ -225,7 +229,10 @@ def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
 
 
 def known_skills(agent: Run) -> frozenset[str] | None:
-    """Return the skills available to the action mapping; None if another process has them."""
+    """Return the skills available to the action mapping; None if another process has them.
+
+    None, too, if a Skiller accepts any skill.
+    """
     board, skills_by_skiller = agent.skill_board, agent.known_skills
     are_elsewhere = not skills_by_skiller if board is None else not board.in_process
     if are_elsewhere or None in skills_by_skiller.values():

@@ -24,7 +24,7 @@ CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
 SPEECH_CHOICES = ("off", "on")
 MAX_TIMEOUT_S = 1e9
-"""Seconds (30 years), the longest timeout of clocks and operating systems."""
+"""The longest timeout of a run in seconds: 30 years, far within the range of clocks."""
 
 # `--trace scenario.yaml` is a likely slip, e.g. after an option without its value.
 _INPUT_SUFFIXES = (".clp", ".lua", ".pddl", ".xml", ".yaml")
@@ -107,7 +107,7 @@ class SourceOptions:
 
     @classmethod
     def added_groups(cls) -> list[type[PluginOptions]]:
-        """Return the option groups of plug-ins."""
+        """Return the option groups of plug-ins for the commands of this class."""
         return find_option_groups(cls.commands)
 
     fawkes_dir: Annotated[
@@ -134,7 +134,7 @@ class SourceOptions:
         return next((group for group in self.plugin_groups if isinstance(group, group_class)), None)
 
     def option(self, name: str) -> Any:
-        """Return the value of a plug-in's option; None if the user did not give it."""
+        """Return the value of a plug-in's option; None if the user gave none of the plug-in's options."""
         return next((getattr(group, name) for group in self.plugin_groups if hasattr(group, name)), None)
 
 
@@ -230,7 +230,7 @@ class ExecutionOptions:
 
 @option_base
 class TraceOptions:
-    """Options of the recording."""
+    """Options of the recording of a run."""
 
     trace: Annotated[Path | None, Meta(description="Record the run to this mcap file.")] = None
     trace_level: Annotated[str, Meta(description="Detail of the recording: transitions, rules or facts.")] = (
@@ -300,7 +300,7 @@ class RunOptions(
 
     @property
     def clock_name(self) -> str:
-        """The chosen clock, by default the one that Skiller and plug-ins require."""
+        """The name of the chosen clock, by default of the clock that Skiller and plug-ins require."""
         is_real = self.has_remote_skiller or any(group.needs_real_time for group in self.plugin_groups)
         return self.clock or ("real" if is_real else "virtual")
 
@@ -318,7 +318,7 @@ class RunOptions(
                 )
 
     def _check_outputs(self) -> None:
-        """Raise if an output would overwrite an input or the other output."""
+        """Raise if the recording or the log would overwrite an input, or if both are the same file."""
         if self.trace is not None and self.log is not None and self.trace.absolute() == self.log.absolute():
             raise CxbridgeError("--trace and --log name the same file", file=self.log, hint="name two files")
         for name, file in (("trace", self.trace), ("log", self.log)):

@@ -44,7 +44,7 @@ SETTINGS: Final[Table[type[PluginSettings]]] = Table(
     lambda loaded: isinstance(loaded, type) and issubclass(loaded, PluginSettings),
     "a subclass of cxbridge.run.plugin_settings.PluginSettings",
 )
-"""The settings of plug-ins. A row's ``needed`` gets the configuration, and decides whether they are read."""
+"""The settings of plug-ins. A row's ``needed`` returns whether a configuration needs the settings."""
 
 
 def read_plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, PluginSettings]:
@@ -54,8 +54,8 @@ def read_plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[s
     :raises ConfigError: if a setting is invalid.
     """
     classes = {row.name: SETTINGS.load_target(row) for row in SETTINGS.rows if row.needed(config)}
-    readings = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
-    return {name: settings for name, settings in readings.items() if settings is not None}
+    settings_by_name = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
+    return {name: settings for name, settings in settings_by_name.items() if settings is not None}
 
 
 def list_plugin_keys() -> Iterator[str]:

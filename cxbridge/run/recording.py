@@ -33,7 +33,7 @@ class RecorderComponent(Component):
 
     :param run: a run, a team or a daemon.
     :param writers: additional receivers of events.
-    :param keep: whether to rename existing files instead of overwriting them.
+    :param keep: whether to rename an existing recording and an existing log instead of overwriting them.
     :raises CxbridgeError: if a file cannot be written.
     """
 
@@ -69,7 +69,7 @@ def start_recording(
     """Open the files of the options and start recording.
 
     :param writers: additional writers; the recorder closes them.
-    :param keep: whether to rename existing files instead of overwriting them.
+    :param keep: whether to rename an existing recording and an existing log instead of overwriting them.
     :raises CxbridgeError: if a file cannot be written.
     """
     # the previous recording may show why a program crashed before this restart
@@ -84,9 +84,11 @@ def start_recording(
         has_files=options.trace_files,
     )
     outputs = {"mcap": options.trace, "fawkes-log": options.log, "bblogger": options.bblog}
-    files = ((format_name, path) for format_name, path in outputs.items() if path is not None)
+    paths_by_format = {format_name: path for format_name, path in outputs.items() if path is not None}
     recorder = Recorder(
-        run.bus, [*writers, *open_writers(files, recording_info)], RecordLevel(options.trace_level)
+        run.bus,
+        [*writers, *open_writers(paths_by_format.items(), recording_info)],
+        RecordLevel(options.trace_level),
     )
     recorder.describe(
         {
@@ -106,14 +108,17 @@ def start_recording(
     return recorder
 
 
-def open_writers(files: Iterable[tuple[str, Path]], recording_info: RecordingInfo) -> list[RunWriter]:
-    """Open files for the recording of a run, each with the name of its format; all, or none.
+def open_writers(
+    formats_and_paths: Iterable[tuple[str, Path]], recording_info: RecordingInfo
+) -> list[RunWriter]:
+    """Open the files for the recording of a run. If one cannot be opened, none stays open.
 
+    :param formats_and_paths: the name of the format and the path of each file.
     :raises CxbridgeError: if a file cannot be written, or no installed package provides a format.
     """
     writers: list[RunWriter] = []
     with ExitStack() as undo:
-        for format_name, path in files:
+        for format_name, path in formats_and_paths:
             module = FORMAT_MODULES.load_target(FORMAT_MODULES.find(format_name))
             open_recording: Callable[[Path, RecordingInfo], RunWriter] = resolve_name(module.RECORDING)
             writers.append(undo.enter_context(open_recording(path, recording_info)))

@@ -37,8 +37,8 @@ class ReplayOutcome(Struct, frozen=True):
     :param same: whether the transitions are equal, in the compared order.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
         compared.
-    :param lines: the comparison as text.
-    :param report: the comparison as JSON values; empty after a divergence.
+    :param lines: the lines of the comparison as text; empty after a divergence.
+    :param report: the comparison as JSON values; empty without a comparison.
     """
 
     compared: str
@@ -85,7 +85,7 @@ class RunResult(Struct, frozen=True):
     :param run_seconds: the duration by the run's clock.
     :param wall_seconds: the duration in real time.
     :param replay: the result of a replay; None without a finished replay.
-    :param agents: the results by agent in a team; ``goals`` is empty then.
+    :param agents: the results by agent of a team, whose own ``goals`` is empty; empty for a single agent.
     """
 
     status: int
@@ -139,14 +139,17 @@ class RunResult(Struct, frozen=True):
 
     @property
     def figures(self) -> str:
-        """Durations and number of firings, as the end of the summary line."""
+        """The durations and the number of firings, as text that follows :attr:`verdict` in the summary."""
         return (
             f"; {self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s, "
             f"{self.firings} rules fired"
         )
 
     def tree(self) -> Iterator[GoalLine | str]:
-        """Yield the lines of the goal tree: a team's are grouped below the names of the agents."""
+        """Yield the lines of the goal tree; in a team, below the name of each agent.
+
+        The names, and the note about goals that are not listed, are plain texts.
+        """
         for name, result in self.agents.items():
             yield name
             for line in result.tree():
@@ -179,6 +182,8 @@ def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
         reason="; ".join(reasons),
         spec=" ".join(dict.fromkeys(result.spec for result in results)),
         goals=(),
+        forgotten_goal_count=0,  # the tree notes those of each agent
+        is_stuck=status == TIMED_OUT and any(result.is_stuck for result in results),
         firings=sum(result.firings for result in results),
         agents=dict(agents),
     )

@@ -28,7 +28,7 @@ def read_rights(
     :param skiller: the value of ``RunOptions.skiller``.
     :param settings: the settings of plug-ins; None: the settings of plug-ins for runs.
     :param is_local: whether cxbridge's servers accept only clients of this machine.
-    :raises ConfigError: if the settings contradict each other.
+    :raises ConfigError: if a setting has the wrong type, or the settings contradict each other.
     """
     may_control = config.get_bool(_CONTROL_KEY, default=True)
     if settings is None:
@@ -46,7 +46,7 @@ def read_rights(
     return Rights(may_control, may_run_programs, skills_are_programs=evaluates_lua)
 
 
-def data_may_be_programs(config: Configuration) -> bool:
+def permits_remote_programs(config: Configuration) -> bool:
     """Return whether the configuration explicitly lets clients run programs.
 
     :raises ConfigError: if the value is not a boolean.

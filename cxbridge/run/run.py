@@ -57,8 +57,8 @@ def run_scenario(
     :param attach: called with each agent before its start.
     :param additions: features, skills and writers of a program.
     :param interactive: whether a user may stop the rules, so that a cycle may take any time.
-    :param wait_for_user: called with the result and the servers that continue after the run; returns a
-        function that is called until it returns True, when the user has ended the servers.
+    :param wait_for_user: called after the run if a server continues, see :data:`WaitForUser`. Not called in a
+        replay, whose servers end with the run.
     :raises CxbridgeError: if the input is wrong.
     """
     if not options.replay:
@@ -130,10 +130,10 @@ def _run(
                     lambda: environments_by_agent(assembly),
                     assembly.bus.logger("Run"),
                     "Ctrl-C ends the run",
-                    on_stall=limit.check,
+                    on_stall=limit.handle_report,
                 )
             )
-        with assembly.loop.busy_section():
+        with assembly.loop.busy_section():  # the limit of a cycle holds for the start, too
             _start(assembly, interrupt)
         checks.check_loaded_files()
         assembly.loop.add(Hook.POST_LOOP, recorder.loop)
@@ -192,8 +192,9 @@ def _finish_servers(
 ) -> None:
     """Report the result to the servers; serve clients until the user ends the servers that continue.
 
-    :param is_interrupted: whether a signal has been received.
-    :param tick: called after each round.
+    :param wait_for_user: see :data:`WaitForUser`.
+    :param is_interrupted: returns whether a signal has been received.
+    :param tick: called after each round of the servers, to flush the recording.
     """
     for server in servers:
         server.finish(result)
@@ -238,7 +239,7 @@ def sum_up_run(
     :param stuck_watch: has the missing events if the run is stuck.
     :param run_seconds: the duration by the run's clock.
     :param wall_seconds: the duration in real time.
-    :param is_over: whether the run reached its end.
+    :param is_over: whether the run reached its end: in a team, all agents.
     """
     is_team = len(assembly.agents) > 1
     verdicts = [
@@ -268,7 +269,7 @@ def sum_up_run(
 
 
 class _LoopLimit:
-    """Ends a run whose rules take more real time in one cycle than the timeout of the run.
+    """Ends a run whose rules take more real time in one cycle than the timeout, but at least MIN_STALL_S.
 
     The virtual clock stands still within a cycle, so only real time can limit the duration of a cycle.
     """
@@ -279,9 +280,9 @@ class _LoopLimit:
         self._run = run
         self._limit_s = max(timeout_s, MIN_STALL_S)
 
-    def check(self, stall: Stall | None) -> None:
-        """Handle the report of the watchdog, in its thread."""
-        if stall is not None and stall.in_rules and stall.seconds >= self._limit_s:
+    def handle_report(self, stall: Stall | None) -> None:
+        """End the run if its rules exceed the limit. Called in the thread of the watchdog."""
+        if stall is not None and stall.is_in_rules and stall.seconds >= self._limit_s:
             self.verdict = TIMED_OUT, str(stall)
             self._run.loop.stop()
             self._run.interrupt()
@@ -301,7 +302,7 @@ def make_run(
 ) -> Run | Team:
     """Make a run of one agent or of a team.
 
-    :raises CxbridgeError: if a file or setting is missing or wrong, or a replay chooses one agent of a team.
+    :raises CxbridgeError: if a file or setting is missing or wrong, or a replay is of several agents.
     """
     base = make_base(options, None if replay is None else replay.clock, recorded=bool(additions.writers))
     names = [] if options.agent else agent_names(base.config)
@@ -324,11 +325,11 @@ def _judge_agent(
 
     :param loss_reason: the lost component that ended the run, with the reason; else empty.
     :param stuck_watch: has the missing events if the run is stuck.
-    :param is_over: whether the agent reached its end.
+    :param is_over: whether the agent reached its end, which may be before the end of its team.
     """
     env, goals = agent.executive.env, agent.executive.goals
     maintained_goals = ", ".join(agent.executive.maintaining_goals)
-    shortcomings = _find_shortcomings(goals, quit_early=env.quit_requested and not maintained_goals)
+    shortcomings = _find_shortcomings(goals, has_quit_early=env.quit_requested and not maintained_goals)
     # after a loss, the result of an agent that is over and successful still counts
     if fault := next(iter(env.faults), loss_reason if shortcomings or not is_over else ""):
         return FAULT, fault
@@ -346,7 +347,7 @@ def _judge_agent(
 
 
 def _judge_agent_without_goals(agent: Run) -> tuple[int, str]:
-    """Return exit status and reason of an agent without goals, which runs until its timeout."""
+    """Return exit status and reason of an agent without goals, which runs until it quits or times out."""
     if error := agent.executive.first_error:
         return UNSUCCESSFUL, f"an error was reported: {error}"
     if agent.executive.env.quit_requested:
@@ -354,10 +355,10 @@ def _judge_agent_without_goals(agent: Run) -> tuple[int, str]:
     return COMPLETED, "its time limit was reached, and no error was reported"
 
 
-def _find_shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
-    """Return why a finished run was not successful; empty after success.
+def _find_shortcomings(goals: GoalWatch, *, has_quit_early: bool) -> list[str]:
+    """Return the reasons why an agent was not successful; empty without such a reason.
 
-    :param quit_early: whether the agent quit, so that open root goals count as failures.
+    :param has_quit_early: whether the agent quit, so that open root goals count as failures.
     """
     shortcomings = []
     if goals.outcome_counts.total() > goals.outcome_counts["COMPLETED"]:
@@ -366,7 +367,7 @@ def _find_shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
             f"{goal.goal} ended {goal.outcome}" for goal in goals.ended_roots if goal.outcome != "COMPLETED"
         ]
         shortcomings = shortcomings or ["some root goals did not end COMPLETED"]
-    if goals.open_roots and quit_early:
+    if goals.open_roots and has_quit_early:
         shortcomings.append(
             f"the agent quit before its root goals were over: {_describe_modes(goals.open_roots)}"
         )

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 ATTEND_PAUSE_S: Final = 0.02
-"""Seconds between two calls of :meth:`RunServer.attend` while the main loop is paused."""
+"""Seconds between two calls of :meth:`RunServer.attend` while the main loop is paused or has ended.
+
+Shorter than the default period of the main loop.
+"""
 
 
 class RunServer:
@@ -28,20 +31,21 @@ class RunServer:
         return nullcontext()
 
     def attend(self) -> None:
-        """Answer clients. Called in the thread of the main loop."""
+        """Answer clients. Called in the thread of the main loop; by the run only after its end."""
 
     def finish(self, result: RunResult) -> None:
         """Report the result of the run to clients."""
 
 
 WaitForUser: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
-"""A function that is called when a run has ended, with the result and the servers that continue.
+"""A function that is called when a run has ended and at least one of its servers continues.
 
-It returns a function that is called until it returns True, when the user has ended the servers. The type is a
-string, because the class of the result is only imported for type checks.
+It gets the result and all servers; those with a :attr:`RunServer.lingering_name` continue. It returns a
+function that is called until it returns True, when the user has ended the servers. The type is a string,
+because the class of the result is only imported for type checks.
 """
 
 
 def end_with_run(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
-    """Let the servers end with the run; a :data:`WaitForUser`."""
+    """Return a function that ends the servers at once; a :data:`WaitForUser`."""
     return lambda: True

@@ -22,8 +22,11 @@ class SharedObjects(Closing):
         self._objects: dict[Callable[..., Any], Any] = {}
         self._undo = ExitStack()
 
-    def get(self, make: Callable[[Owner], T], owner: Owner) -> T:
-        """Return the object that ``make`` makes for an owner; only the first call makes the object."""
+    def get_or_make(self, make: Callable[[Owner], T], owner: Owner) -> T:
+        """Return the object that ``make`` has made; the first call makes the object.
+
+        :param owner: the argument of ``make``: the run or the team. Later calls do not use it.
+        """
         if make not in self._objects:
             self._objects[make] = new_object = make(owner)
             if isinstance(new_object, Closing):

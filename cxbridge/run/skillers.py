@@ -54,11 +54,11 @@ def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mo
 def skiller_settings(
     config: Configuration, kind: str, made_elsewhere: Collection[str] = ()
 ) -> tuple[SkillerSettings, ...]:
-    """Return the settings of the Skillers in :data:`INSTANCES`, or of one default Skiller.
+    """Return the settings of the Skillers in :data:`INSTANCES`; without instances, of one default Skiller.
 
     :param kind: the default kind.
     :param made_elsewhere: the names of Skillers that another component makes; they are left out.
-    :raises ConfigError: if an instance is invalid.
+    :raises ConfigError: if the mode or an instance is invalid.
     """
     mode = skiller_mode(config)
     names = config.keys(INSTANCES)

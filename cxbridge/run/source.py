@@ -78,7 +78,7 @@ def source_of(options: RunOptions) -> Source:
 
 
 class Source:
-    """The default source: a scenario's folder or a Fawkes checkout. Subclasses override the differences.
+    """The default source: a scenario, a CLIPS file or a Fawkes checkout. Subclasses override the differences.
 
     The ``context`` of methods is a :class:`cxbridge.run.agent.Run`, whose module imports this one.
     """
@@ -90,7 +90,7 @@ class Source:
         self.options = options
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` unless the options name a configuration."""
+        """Raise :class:`CxbridgeError` if the options name no configuration, or an absent checkout."""
         self.check_folders()
         if not self.is_named:
             raise CxbridgeError(
@@ -110,7 +110,7 @@ class Source:
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """The checkouts of the options. They must exist, and are too large to send to other machines."""
+        """The checkouts of the options, first the overlays. They must exist."""
         fawkes = self.options.fawkes_dir
         return (*self.options.overlays, *(() if fawkes is None else (fawkes,)))
 
@@ -122,7 +122,7 @@ class Source:
 
     @property
     def is_lenient(self) -> bool:
-        """Whether a broken agent starts without its broken files, the default for checkouts."""
+        """Whether a broken agent starts without its broken parts, the default for checkouts."""
         strict = self.options.strict
         return self.is_checkout if strict is None else not strict
 
@@ -170,7 +170,8 @@ class Source:
         config = self.read_configuration(file)
         config.overlay_files(self.find_overlays())
         if file.name == SCENARIO_FILE and config.keys(_EXECUTIVE_KEY) and not config.exists(_TIME_KEY):
-            # Fawkes' own configuration sets the key, and without time facts no rule would run
+            # Fawkes' own configuration sets the key; without time facts, interfaces are read only in the
+            # first loop, and time-outs never pass
             config.set(_TIME_KEY, True)
         return config, file
 
@@ -212,7 +213,7 @@ class Source:
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
         """Return the files and folders of options and configuration.
 
-        :raises CxbridgeError: if a checkout lacks a folder.
+        :raises CxbridgeError: if a checkout lacks a folder, or Fawkes' core is chosen without a checkout.
         """
         options, checkouts = self.options, self.checkouts
         confdir = checkouts.confdir(config_file).resolve()
@@ -224,14 +225,14 @@ class Source:
             "RESDIR": str(basedir / "res"),
             "CONFDIR": str(confdir),
         }
-        use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
-        if use_fawkes_core and fawkes is None:
+        uses_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
+        if uses_fawkes_core and fawkes is None:
             raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
         core_dir, library_dir = BUILTIN_CX, HOST_LIBRARY
         clips_dirs = [*options.clips_dirs]
         for configured_path in config.get_strings("/clips-executive/clips-dirs", default=[]):
             clips_dirs += checkouts.expand(configured_path, placeholders, confdir)
-        overlays = Checkouts(checkouts.folders[: len(options.overlays)])
+        overlays = Checkouts(checkouts.folders[: len(options.overlays)])  # the folders begin with them
         interface_dirs = [*options.interface_dirs, *overlays.find_matching_folders(FAWKES_INTERFACES)]
         interface_dirs += overlays.find_matching_folders(FAWKES_PLUGIN_INTERFACES)
         skill_dirs = [*options.skill_dirs, *overlays.find_matching_folders(_FAWKES_LUA)]
@@ -243,7 +244,7 @@ class Source:
             fawkes_cx = find_fawkes_folder(fawkes, _FAWKES_CX)
             interface_dirs += find_fawkes_interface_dirs(fawkes)
             skill_dirs.append(find_fawkes_folder(fawkes, _FAWKES_LUA))
-            if use_fawkes_core:
+            if uses_fawkes_core:
                 core_dir, library_dir = fawkes_cx, find_fawkes_folder(fawkes, _FAWKES_LIBRARY)
             else:
                 # Fawkes' own agents are in the folder of its core
@@ -291,8 +292,8 @@ class Source:
             settings = settings.replace_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
         return settings
 
-    def board_class(self, config: Configuration) -> type[SkillBoard] | None:  # noqa: ARG002
-        """Return the class of the skill board, with its rules towards executors; None: the default."""
+    def board_class(self, config: Configuration) -> type[SkillBoard] | None:  # noqa: ARG002 - for subclasses
+        """Return the class of the skill board, which decides how executors are asked; None: the default."""
         return None
 
     def prepare_board(self, context: Any) -> None:
@@ -301,7 +302,7 @@ class Source:
         :raises CxbridgeError: if an executor cannot be made.
         """
 
-    def features(self, context: Any) -> list[Feature] | None:  # noqa: ARG002
+    def features(self, context: Any) -> list[Feature] | None:  # noqa: ARG002 - for subclasses
         """Return replacements for cxbridge's features; None keeps them."""
         return None
 
@@ -323,7 +324,7 @@ class Source:
         """
         return Executive(manager, context.config, mapper, files, context.name or ENVIRONMENT)
 
-    def calls(self, function: str) -> bool:  # noqa: ARG002
+    def calls(self, function: str) -> bool:  # noqa: ARG002 - for subclasses
         """Return whether Python code of the source calls a deffunction of this name."""
         return False
 
@@ -331,12 +332,12 @@ class Source:
         """Return the CLIPS files of an agent that is read but not run; None: the files of spec and core."""
         return None
 
-    def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
-        """Return the files, features and functions of the core."""
+    def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002 - for subclasses
+        """Return the CLIPS files of core and agent, and the features and functions that the core needs."""
         return CoreFiles(paths.core_dir, paths.clips_dirs, paths.substitutions, paths.override_dirs)
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
-        """Prepare :meth:`think`: the initialisation has ended, and rules run from now on."""
+        """Prepare :meth:`think`. Called once, after the executive has loaded the core and the agent."""
 
     def think(self, executive: Executive) -> int:
         """Run the rules of one loop; return the number of firings."""

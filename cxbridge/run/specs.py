@@ -1,7 +1,7 @@
 """The choice of a spec, and checks of its configuration.
 
-Fawkes detects such mistakes during the initialisation or never: it ignores a stage that is not a list, and
-the agent waits forever. Here, a wrong type is an error with its place before anything runs.
+Fawkes detects mistakes in a spec during the initialisation or never: it ignores a stage that is not a list,
+and the agent waits forever. Here, a wrong type is an error with its place before anything runs.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ _MIN_SIMILARITY = 0.75
 def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
     """Return the spec to run, and store the choice in the configuration.
 
+    :param spec: the chosen spec; None: the spec that the configuration names.
     :param config_file: the place for an error without a place in the configuration.
     :raises ConfigError: if the spec does not exist.
     """
@@ -67,8 +68,8 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
 def check_spec(config: Configuration, spec: str) -> list[str]:
     """Check the executive's part of the configuration for a spec.
 
-    :returns: warnings about unread keys.
-    :raises ConfigError: at the first value of a wrong type, with file and line.
+    :returns: warnings about unread keys, and about components that are not installed.
+    :raises ConfigError: at the first value of a wrong type, unknown stage or entry without a name.
     """
     base = f"{_ROOT}/specs/{spec}"
     # to read a value is to check its type
@@ -157,25 +158,29 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 
 
 def find_missing_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
-    """Return an error for each missing file of a spec, at its entry."""
+    """Return an error for each file of a spec that no folder has, at the place of the file's entry.
+
+    A file that cannot be read counts as missing.
+    """
     errors = []
-    for stage, key, file in _find_files(config, spec):
+    for stage, path, file in _find_files(config, spec):
         reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
         if all(reasons.values()):
-            errors.append(_make_missing_file_error(stage, file, reasons, config.get(key), folders))
+            errors.append(_make_missing_file_error(stage, file, reasons, config.get(path), folders))
     return errors
 
 
 def _find_files(config: Configuration, spec: str) -> Iterator[tuple[str, str, str]]:
-    """Yield stage, key and name of each file in a spec's initialisation."""
+    """Yield stage, path in the configuration and name of each file in a spec's initialisation."""
     for stage, path in _find_entries(config, spec):
         file = config.get_str(f"{path}/file", default="")
         # a file in both places is listed once, with the key `file`
-        key_by_file = dict.fromkeys([file] if file else [], f"{path}/file")
+        path_by_file = dict.fromkeys([file] if file else [], f"{path}/file")
         for name in config.get_strings(f"{path}/files", default=[]):
-            key_by_file.setdefault(name, f"{path}/files")
-        for name, key in key_by_file.items():
-            yield stage, key, name.rpartition("|")[2]  # BATCH|FILE: CLIPS executes that file with `batch`
+            path_by_file.setdefault(name, f"{path}/files")
+        for name, key_path in path_by_file.items():
+            # a name may be BATCH|FILE: CLIPS executes that file with `batch`
+            yield stage, key_path, name.rpartition("|")[2]
 
 
 def _make_missing_file_error(
@@ -204,7 +209,7 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     """Yield warnings about the entries of a stage.
 
     :param base: the path of the spec.
-    :raises ConfigError: at the first value of a wrong type.
+    :raises ConfigError: if there is no such stage; at the first entry or value that is wrong.
     """
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
@@ -256,9 +261,9 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
 
 
 def _check_container(config: Configuration, path: str, shape: str) -> None:
-    """Raise an error if a path has a value instead of a map. A missing or empty value is valid.
+    """Raise an error if a path has a value instead of a container. A missing or empty value is valid.
 
-    :param shape: the expected container, for the error.
+    :param shape: the expected map or list of maps, as text for the error.
     """
     # a path exists only if it has a value: a list of plain values, too, but not a map or a list of maps
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
@@ -286,6 +291,6 @@ def _make_error(message: str, value: ConfigValue | None, hint: str | None) -> Co
 
 
 def init_mentions(config: Configuration, spec: str, *names: str) -> bool:
-    """Return whether a feature or file of the initialisation contains one of the names."""
+    """Return whether a value of the initialisation, e.g. a feature or a file, contains one of the names."""
     values = config.search(f"{_ROOT}/specs/{spec}/init/")
     return any(name in text for value in values for text in (value.text, *value.items) for name in names)

@@ -61,15 +61,15 @@ class StuckWatch:
 
     def observe_cycle(self) -> bool:
         """Take a cycle into account; return whether the run is stuck. To be called after each cycle."""
-        # A check takes milliseconds, too long for each cycle. The first check waits for some cycles in which
-        # only the rules of a cycle fire, and each further check waits for twice as many as the previous one.
+        # a check takes milliseconds, too long for each cycle: the first check waits for some cycles in which
+        # no more rules fire than TICK_RULES names, each further check for twice as many as the previous one
         agents, firings_before = self._run.agents, self._firings
         self._firings = sum(agent.firings for agent in agents)
-        only_tick_rules_fired = self._firings - firings_before <= len(TICK_RULES) * len(agents)
-        if agents != self._agents or not only_tick_rules_fired:
+        is_quiet_cycle = self._firings - firings_before <= len(TICK_RULES) * len(agents)
+        if agents != self._agents or not is_quiet_cycle:
             self._agents = agents
             self._quiet_cycles, self._next_check_cycle = 0, _MIN_QUIET_CYCLES
-        self._quiet_cycles += only_tick_rules_fired
+        self._quiet_cycles += is_quiet_cycle
         if self._quiet_cycles < self._next_check_cycle:
             return False
         self._next_check_cycle *= 2
@@ -95,7 +95,9 @@ def _is_idle(agent: Run) -> bool:
         and not agent.executive.is_planning
         and _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name))
         and not _has_running_timeout(agent)
-        and not any(_has_foreign_writer(agent, type_name, id_) for type_name, id_ in read_interfaces(env))
+        and not any(
+            _has_foreign_writer(agent, type_name, id_) for type_name, id_ in find_read_interfaces(env)
+        )
     )
 
 
@@ -108,7 +110,7 @@ def _has_running_timeout(agent: Run) -> bool:
     )
 
 
-def read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
+def find_read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
     """Yield type and id of the interfaces that rules read."""
     for _, _, slots in env.facts("blackboard-interface"):
         if slots.get("writing") != "TRUE":

@@ -82,7 +82,7 @@ class Team(Closing):
             agent.start()
 
     def kill(self, agent: Run) -> None:
-        """Kill an agent as ``kill -9`` does. Shared databases stay unchanged.
+        """Kill an agent as ``kill -9`` does. Its data in a shared database stays.
 
         To be called between two loops. Removes the agent from :attr:`agents`.
         """
@@ -105,7 +105,7 @@ class Team(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether all agents have finished."""
+        """Whether all agents have finished, except killed agents."""
         return all(agent.is_over for agent in self.agents)
 
     @property

@@ -64,14 +64,14 @@ class Stall(Struct, frozen=True):
     :param seconds: the duration of the cycle so far, in real time.
     :param component: the active component of a daemon; empty if unknown.
     :param activity: the endless rule, function or skill, as text.
-    :param in_rules: whether rules take the time, and not a skill or a Python function that a rule has called.
+    :param is_in_rules: whether rules take the time, not a skill or a Python function that a rule has called.
     :param is_spin: whether a single right-hand side does not end.
     """
 
     seconds: float
     component: str
     activity: str
-    in_rules: bool
+    is_in_rules: bool
     is_spin: bool = False
 
     def __str__(self) -> str:
@@ -137,7 +137,7 @@ class Watchdog:
 
     def _run(self) -> None:
         """Measure the loop at each tick; the main function of the thread."""
-        tick_s = min(_TICK_S, self._limit_s / 4)
+        tick_s = min(_TICK_S, self._limit_s / 4)  # several measurements within a short limit
         turn, cycle_s, reported_s = -1, 0.0, 0.0
         while not self._is_stopped:
             if self._wake.wait(tick_s):
@@ -175,7 +175,10 @@ class Watchdog:
             pause_s = _NEXT_INTERRUPT_S
 
     def _list_frequent_rules(self) -> list[str]:
-        """Sample the active rules while they continue; return the most frequent first."""
+        """Sample the active rules while they continue; return the most frequent first.
+
+        :data:`MATCHING` stands for all rules while facts are matched.
+        """
         counts: Counter[str] = Counter()
         for env in self._list_environments():
             for _ in range(_SAMPLE_COUNT):
@@ -210,13 +213,13 @@ class Watchdog:
         rules = self._list_frequent_rules()
         # between two rules, an environment still counts as firing
         firing_envs = [env for env in self._list_environments() if env.is_firing] if rules else []
-        in_rules = bool(firing_envs) and not function
+        is_in_rules = bool(firing_envs) and not function
         return Stall(
             cycle_s,
             component,
             self._describe_activity(frames, function, firing_envs, rules),
-            in_rules=in_rules,
-            is_spin=in_rules and self._has_long_firing and rules[0] != MATCHING,
+            is_in_rules=is_in_rules,
+            is_spin=is_in_rules and self._has_long_firing and rules[0] != MATCHING,
         )
 
     def _describe_activity(
@@ -244,8 +247,8 @@ class Watchdog:
             return (
                 f"function {function}{caller_text}, does not end, at {_describe_innermost_location(frames)}"
             )
-        if text := next(filter(None, (env.endless.ring_text for env in firing_envs)), ""):
-            return text
+        if ring_text := next(filter(None, (env.endless.ring_text for env in firing_envs)), ""):
+            return ring_text
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
         if self._has_long_firing and rules[0] != MATCHING:
@@ -345,7 +348,7 @@ def _read_local_value(
 
 
 def _describe_innermost_location(frames: Iterable[FrameType]) -> str:
-    """Return file and line of the innermost frame in this package."""
+    """Return file and line of the innermost frame in this package, as text; without one, say so."""
     for frame in frames:
         path = Path(frame.f_code.co_filename)
         if path.is_relative_to(_PACKAGE):

@@ -1,4 +1,5 @@
-"""The Skiller: exclusive control, skill strings, Lua engine, speech, simulator, and action mapping.
+"""Execution of skills: Skillers with Lua engine, speech and simulator, the skill board, and action mapping.
 
-All parts communicate with the rest of a run only over the blackboard; see ``docs/skiller.md``.
+The Skillers serve SkillerInterfaces on the blackboard; see ``docs/skiller.md``. An action mapping makes the
+skill string of an action.
 """

@@ -43,7 +43,7 @@ class SkillerBackend(Closing):
 
     @abstractmethod
     def loop(self) -> None:
-        """Handle the messages and execute one step. To be called once per main loop at the hook ``skill``."""
+        """Handle the messages and execute one step. To be called once per cycle, at the hook ``SKILL``."""
 
     @abstractmethod
     def close(self) -> None:

@@ -7,11 +7,9 @@ import pytest
 from cxbridge import plugins
 from cxbridge.plugins import installed_plugins
 from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.result import RunResult, sum_up
 from tests.plugins import forget, install
 from tests.run.mini import write_scenario
-
-IDLE = "(defrule nothing (never) =>)"
-BUSY = "(defrule count (time $?) => (assert (count (gensym*))))"
 
 TABLES = """
 from cxbridge.plugins import Row
@@ -40,9 +38,15 @@ def run(folder, agent, timeout=30):
 
 @pytest.mark.usefixtures("explained")
 def test_run_is_stuck_if_explainer_names_missing_events(tmp_path):
-    result = run(tmp_path, IDLE)
-    assert (result.status, result.reason) == (3, "nothing can happen any more: godot")
-    assert result.to_json()["result"] == "stuck"
+    """A team was "timed out" if its first agent was over, and repeated the note about that agent's goals."""
+    result = run(tmp_path, "(defrule nothing (never) =>)")
+    assert (result.status, result.reason, result.to_json()["result"]) == (
+        3,
+        "nothing can happen any more: godot",
+        "stuck",
+    )
+    team = sum_up({"ann": RunResult(0, "over", "mini", (), 1, 1, 1.0, 1.0, None, {}, 3), "ben": result})
+    assert (team.word, team.forgotten_goal_count) == ("stuck", 0)
     assert 5 <= result.run_seconds < 12  # the intervals between checks double
 
 
@@ -54,5 +58,5 @@ def test_explainer_gets_rules_with_errors(tmp_path):
 
 @pytest.mark.usefixtures("explained")
 def test_run_with_firing_rules_is_not_stuck(tmp_path):
-    result = run(tmp_path, BUSY)
+    result = run(tmp_path, "(defrule count (time $?) => (assert (count (gensym*))))")
     assert (result.status, result.reason) == (3, "no goal has appeared after 30 s")

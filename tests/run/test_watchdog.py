@@ -96,7 +96,7 @@ def test_stall_names_rule_or_function(constructs, activity):
     with watched(*constructs) as world:
         assert world.heard.wait(WAIT_S)
         assert world.stalls[0].activity.startswith(activity)
-        assert world.stalls[0].in_rules == ("sleep-for" not in activity)
+        assert world.stalls[0].is_in_rules == ("sleep-for" not in activity)
 
 
 def test_stall_is_reported_again_after_double_duration():

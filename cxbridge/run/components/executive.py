@@ -15,7 +15,7 @@ from cxbridge.run.components.component import BaseExecutiveComponent
 from cxbridge.run.explainers import place_of_action
 from cxbridge.run.features import FEATURES, run_features
 from cxbridge.run.mistakes import UnexecutedActions, known_skills, own_files
-from cxbridge.run.rights import data_may_be_programs
+from cxbridge.run.rights import permits_remote_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features, init_mentions
 from cxbridge.skiller.mapping import ActionSkillMapping
@@ -116,7 +116,7 @@ def make_executive(
             manager.add_feature(feature)
         check_features(config, spec, manager.features)
         # in the mode `fawkes`, values of plan-actions are pasted into Lua, and could be programs
-        mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
+        mode = skiller_mode(config) if permits_remote_programs(config) else "strict"
         mapping = ActionSkillMapping(read_action_mapping(config, spec), mode=mode)
         executive = source.make_executive(context, manager, mapping, source.core_files(context.paths, config))
         executive.place_of_action = lambda action: place_of_action(own_files(context, executive), action)

@@ -40,7 +40,8 @@ class Run:
     def status(self) -> int | None:
         """The exit status of ``cxbridge run``; None if not recorded.
 
-        Status 0: every root goal is COMPLETED; 1: a root goal is not; 3: timeout; 4: internal error.
+        Status 0: success, usually because every root goal is COMPLETED; 1: a root goal is not; 3: timeout, or
+        the run was stuck; 4: a fault, e.g. a lost connection. The comparison of a replay has no effect here.
         """
         return self.source.exit_status()
 
@@ -78,7 +79,9 @@ class Run:
         return self.history.calls
 
     def goal(self, name: str) -> GoalRecord:
-        """Return a goal by id, or the only goal of a class. ``ID#2`` is the second goal with this id.
+        """Return a goal by id or the start of its id, or the only goal of a class.
+
+        ``ID#2`` is the second goal with this id.
 
         :raises CxbridgeError: unless exactly one goal matches.
         """

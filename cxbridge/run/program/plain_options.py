@@ -49,6 +49,7 @@ def take_plugin_options(
         type_hints = get_type_hints(group_class)
         options = {name: values.pop(name) for name in type_hints if name in values}
         for name, value in options.items():
+            # a plug-in's path option has the type `Path | None`, since it may be left out
             if value and Path in get_args(type_hints[name]):
                 options[name] = resolve_path(value)
         if options:
@@ -94,8 +95,8 @@ def options_from_json(values: Mapping[str, Any]) -> RunOptions:
 def _fits(value: object, type_hint: Any) -> bool:
     """Return whether a JSON value has the type of an option.
 
-    A string fits an option whose type is a string, a path, or a tuple, of which the string becomes the only
-    element. A list of strings fits a tuple.
+    A string fits a string, a path and a tuple; the string becomes the only element of the tuple. A list of
+    strings fits a tuple. A number fits any number.
     """
     types = {get_origin(member) or member for member in _union_members(type_hint)}
     if isinstance(value, str):

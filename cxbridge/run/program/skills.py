@@ -25,7 +25,7 @@ Skills: TypeAlias = Sequence[type[SkillExecutor] | SkillFunction] | Mapping[str,
 def make_executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
     """Return an executor class for each skill.
 
-    :raises SkillError: unless each object is a skill; the error has file and line.
+    :raises SkillError: unless each object is a skill with a name.
     """
     if isinstance(skills, Mapping):
         return tuple(make_function_skill(function, name) for name, function in skills.items())
@@ -40,8 +40,9 @@ def make_executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
 def make_function_skill(function: SkillFunction, name: str = "") -> type[SkillExecutor]:
     """Return an executor class that calls a function.
 
+    :param function: a function, or another callable object except a class.
     :param name: the name of the skill, by default the function's.
-    :raises SkillError: unless the object is a function.
+    :raises SkillError: if the object is not callable, is a class, or has no name.
     """
     if not callable(function) or isinstance(function, type):
         raise SkillError(

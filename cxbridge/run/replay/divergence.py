@@ -19,21 +19,21 @@ PATIENCE_US: Final = 60 * MICROSECONDS
 class Divergence:
     """A command that differs from the recorded one.
 
-    :param uid: the interface of the Skiller or executor.
-    :param number: the position among the commands of this interface, from 1.
+    :param uid: the interface of the Skiller or executor as ``Type::id``, or the name of a planner.
+    :param number: the position among the commands of this interface or planner, from 1.
     :param expected: the recorded command; empty if there is none.
     :param actual: the command of this run; empty if there is none.
-    :param seconds: the time since the start of this run.
-    :param recorded_s: the time of the expected command since the start of the recorded run; None without an
-        expected command.
+    :param elapsed_s: the time since the start of this run.
+    :param recorded_elapsed_s: the time of the expected command since the start of the recorded run; None
+        without an expected command.
     """
 
     uid: str
     number: int
     expected: str
     actual: str
-    seconds: float
-    recorded_s: float | None
+    elapsed_s: float
+    recorded_elapsed_s: float | None
 
     def to_json(self) -> dict[str, Any]:
         """Return the divergence as JSON values."""
@@ -42,17 +42,19 @@ class Divergence:
             "number": self.number,
             "expected": self.expected,
             "came": self.actual,
-            "seconds": round(self.seconds, 6),
-            "recorded_seconds": None if self.recorded_s is None else round(self.recorded_s, 6),
+            "seconds": round(self.elapsed_s, 6),
+            "recorded_seconds": (
+                None if self.recorded_elapsed_s is None else round(self.recorded_elapsed_s, 6)
+            ),
         }
 
     def __str__(self) -> str:
         expected, actual = self.expected or "nothing more", self.actual or "nothing"
-        if self.recorded_s is not None:
-            expected += f" ({self.recorded_s:.3f} s after the start)"
+        if self.recorded_elapsed_s is not None:
+            expected += f" ({self.recorded_elapsed_s:.3f} s after the start)"
         return (
             f"{self.uid}, command number {self.number}: expected {expected}, "
-            f"got {actual} ({self.seconds:.3f} s after the start)"
+            f"got {actual} ({self.elapsed_s:.3f} s after the start)"
         )
 
 
@@ -100,7 +102,7 @@ class Expectation(Generic[R]):
         return self._commands[self._position] if self._position < len(self._commands) else None
 
     def meet(self, now_us: int) -> None:
-        """Advance past the expected command."""
+        """Advance past the expected command, which must exist: the run has given it now."""
         self._last_us, self._last_recorded_us = now_us, self._commands[self._position].time_us
         self._position += 1
 

@@ -44,7 +44,10 @@ class RecordedExecutor(SkillExecutor):
         self.expectation.check(self.clock.now_us())
 
     def execute(self, call: SkillCall) -> Steps:
-        """Replay the recorded execution."""
+        """Replay the recorded execution.
+
+        :raises SkillFailedError: at once, unless the next recorded execution is of this call.
+        """
         execution = self.expectation.expected
         begin_us = self.clock.now_us()
         # a recording without messages has no parameters, so any parameters match
@@ -59,7 +62,9 @@ class RecordedExecutor(SkillExecutor):
         return self._replay_steps(execution, begin_us)
 
     def _replay_steps(self, execution: RecordedExecution, begin_us: int) -> Steps:
-        """Yield the recorded feedback at its times, until the recorded end.
+        """Yield the recorded feedback at its times, and None in the other loops, until the recorded end.
+
+        An execution that was cancelled, or whose end is not recorded, lasts until the master cancels it.
 
         :raises SkillFailedError: if the recorded execution failed.
         """

@@ -36,7 +36,8 @@ class Recordings:
     """The contents of a recorded run.
 
     :param scans: a scan for each recording, in the order of the options.
-    :param decisions: the scan whose transitions are compared.
+    :param decisions: the scan whose transitions, or states of Skillers, are compared.
+    :param start_us: the start of the run by the recorded clock; without times, the start of virtual clocks.
     """
 
     scans: tuple[Scan, ...]
@@ -82,14 +83,14 @@ class Recordings:
 
     @property
     def end_us(self) -> int:
-        """The time of the last transition; 0 if unknown."""
+        """The time of the last transition or skill status; 0 if unknown."""
         decisions = self.decisions
         return decisions.end_us + decisions.shift_us if decisions.is_timed else 0
 
     def complete_options(self, options: RunOptions) -> RunOptions:
-        """Return the options, completed by scenario and spec of the recording.
+        """Return the options; if they name no scenario, with scenario and spec of the recording.
 
-        :raises TraceError: if the recorded scenario is not shipped with cxbridge.
+        :raises TraceError: if the recorded scenario is needed, but not shipped with cxbridge.
         """
         if options.scenario is not None or options.fawkes_dir is not None:
             return options
@@ -134,7 +135,7 @@ class Recordings:
         return list(scripts.values())
 
     def find_first_writes(self) -> dict[str, InterfaceWrite]:
-        """Return the first write of each interface."""
+        """Return the first write of each interface, by ``Type::id``."""
         first_writes: dict[str, InterfaceWrite] = {}
         for scan in self.scans:
             for uid, write in scan.first_writes.items():
@@ -142,7 +143,7 @@ class Recordings:
         return first_writes
 
     def find_first_sensor_writes(self, *, executors_have_players: bool) -> dict[str, InterfaceWrite]:
-        """Return the first write of each interface except those of Skillers and executors.
+        """Return the first write of each interface by ``Type::id``, except those of Skillers and executors.
 
         :param executors_have_players: whether executors have separate players; else they count as sensors.
         """
@@ -175,14 +176,17 @@ def _is_shipped(scenario: str) -> bool:
 
 
 def _find_decisions(scans: Sequence[Scan]) -> Scan | None:
-    """Return the first scan with transitions of goals, otherwise the first with states of Skillers."""
+    """Return the first scan with transitions of goals, otherwise the first with states of Skillers.
+
+    None if no scan has either.
+    """
     return next((scan for scan in scans if scan.has_goals), None) or next(
         (scan for scan in scans if scan.statuses), None
     )
 
 
 def _read_writes_of(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
-    for event in scan.run if uids else ():
+    for event in scan.run if uids else ():  # a recording without these interfaces is not read again
         if isinstance(event, InterfaceWrite) and event.uid in uids:
             yield event
 
@@ -198,12 +202,16 @@ def _align_times(scans: Sequence[Scan]) -> None:
             distances = (
                 distance for scan in dated_scans if (distance := _measure_distance_us(log, scan)) is not None
             )
+            # without a common state, both recordings are taken to start at the same time
             distance_us = next(distances, (dated_scans[0].begin_us or 0) - (log.begin_us or 0))
             log.shift_us = round(distance_us / _QUARTER_HOUR_US) * _QUARTER_HOUR_US
 
 
 def _measure_distance_us(log: Scan, dated_scan: Scan) -> int | None:
-    """Return the time between the first common Skiller states in microseconds; None if there are none."""
+    """Return the time of the first common Skiller state in the dated scan, less its time in the log.
+
+    None without a common state.
+    """
     for name, statuses in log.statuses.items():
         # in reverse order, so that the first write of a state counts
         times_by_state = {

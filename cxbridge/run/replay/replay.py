@@ -60,7 +60,7 @@ def judge(
         without a difference.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
         compared.
-    :raises TraceError: if there is nothing to compare.
+    :raises TraceError: if a recording cannot be read, or has nothing to compare.
     """
     compared = str(decisions.run.path)
     if divergence is not None:
@@ -138,7 +138,7 @@ _SLACK_US: Final = 2 * MICROSECONDS
 
 
 class _TransitionWriter(McapWriter):
-    """Keeps the transitions for the comparison, and rule firings."""
+    """Keeps the transitions for the comparison, and rule firings for the report about a difference."""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
         return frozenset((*TRANSITION_TYPES, RuleFired))
@@ -167,12 +167,15 @@ class Replay:
 
     @property
     def length_us(self) -> int:
-        """The duration of the recorded run, as far as known."""
+        """The time from the recorded start to the last transition or skill status; 0 if unknown."""
         return max(0, self.recordings.end_us - self.recordings.start_us)
 
     @contextmanager
     def compare_decisions(self, bus: EventBus) -> Iterator[None]:
-        """Record the transitions of this run and compare them at the end."""
+        """Record the transitions of this run, and compare them when the context ends.
+
+        :raises TraceError: if a recording cannot be read, or has nothing to compare.
+        """
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
             file = Path(folder) / "this run"  # reports name a run by its file
             with Recorder(bus, [_TransitionWriter(file)]):
@@ -197,7 +200,7 @@ class Replay:
         agents = tuple(
             agent for agent in (settings.agents if settings else ()) if agent.name in recorded_names
         )
-        yield self._play_skillers(context, {agent.skiller for agent in agents})
+        yield self._make_skillers(context, {agent.skiller for agent in agents})
         if settings is not None:
             skill_board = SkillBoardComponent(context, replace(settings, agents=agents, in_process=False))
             yield skill_board
@@ -213,17 +216,20 @@ class Replay:
             self.recordings.read_writes(first_writes),
         )
 
-    def _play_skillers(self, context: Run, on_skill_board: set[str]) -> Skillers:
-        """Make the Skillers, except those that the skill board serves."""
+    def _make_skillers(self, context: Run, board_skillers: set[str]) -> Skillers:
+        """Make the recorded Skillers.
+
+        :param board_skillers: the names of the Skillers that the skill board serves; they are left out.
+        :raises TraceError: if the interface has changed since the recording.
+        """
         scripts = {
             name: script
             for name, script in self.recordings.make_skiller_scripts().items()
-            if name not in on_skill_board
+            if name not in board_skillers
         }
         # a Skiller without recorded commands is made, too: rules may wait for its interface
-        for settings in skiller_settings(context.config, "lua", on_skill_board):
+        for settings in skiller_settings(context.config, "lua", board_skillers):
             scripts.setdefault(settings.name, SkillerScript())
-        # raises an error if the interface has changed since the recording
         block_maker = BlockMaker(context.board.registry.get(SKILLER))
         for uid, write in self.recordings.find_first_writes().items():
             if uid.startswith(f"{SKILLER}::"):
@@ -295,7 +301,7 @@ class Replay:
         return now_us >= (end_us if run_is_over else end_us + slack_us)
 
     def outcome(self) -> ReplayOutcome:
-        """Return the result of the finished run."""
+        """Return the result of the comparison, after the context of :meth:`compare_decisions` has ended."""
         assert self._outcome is not None
         return self._outcome
 
@@ -303,7 +309,7 @@ class Replay:
 def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     """Read the recordings of the options.
 
-    :returns: the options, completed by scenario and spec of the recording, and the replay.
+    :returns: the options, completed by :meth:`Recordings.complete_options`, and the replay.
     :raises CxbridgeError: if the recordings cannot be replayed or the options are wrong.
     """
     interface_dirs = list(options.interface_dirs)

@@ -32,18 +32,18 @@ _RETRACTED: Final = "RETRACTED"
 class Scan:
     """The contents of one recording.
 
-    :param shift_us: the offset of the recording's times from the times of the other recordings.
+    :param shift_us: to be added to the recording's times, so that they fit those of the other recordings.
     :ivar first_writes: the first write of each interface by ``Type::id``, in order of appearance.
     :ivar skillers: the writes of each SkillerInterface, by interface id.
     :ivar executors: the writes of each SkillExecutorInterface, by interface id.
     :ivar messages: messages between skill board and executors.
     :ivar planner_calls: the starts and the ends of planner calls.
     :ivar statuses: the statuses of each Skiller that the executive has read, by interface id.
-    :ivar begin_us: the start of the run; None in a recording without times.
-    :ivar end_us: the time of the last transition or skill status.
-    :ivar transition_count: the number of transitions.
+    :ivar begin_us: the start of the run; None without times, and if no event shows that the executive runs.
+    :ivar end_us: the time of the last transition or skill status; 0 if there is none.
+    :ivar transition_count: the number of transitions and skill statuses.
     :ivar has_goals: whether any transition is a goal's.
-    :ivar envs: the environments of the transitions.
+    :ivar envs: the environments of the transitions and skill statuses.
     """
 
     run: Run
@@ -73,7 +73,10 @@ class Scan:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the recording is complete: all root goals are retracted and the file is not truncated."""
+        """Whether the recording is complete: it has goals, and all root goals are retracted.
+
+        A recording with notes, e.g. about a truncation, is not complete.
+        """
         return (
             self.has_goals
             and not self.run.notes

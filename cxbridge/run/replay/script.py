@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
 
+from cxbridge.errors import SkillError
 from cxbridge.events import InterfaceMessage, InterfaceWrite, SkillStatus
 from cxbridge.history.exchange import read_progress
+from cxbridge.skiller.board.protocol import decode_parameters
 from cxbridge.trace.compare.names import replace_names
 
 Values = Mapping[str, Any]
@@ -39,7 +41,7 @@ class CommandKind(Enum):
 class Command:
     """A command to a Skiller, with the resulting writes.
 
-    :param text: the skill string of an :attr:`CommandKind.EXEC`.
+    :param text: the skill string; it matters only for an :attr:`CommandKind.EXEC`.
     :param time_us: the time of the first write.
     :param values: the values of the first write.
     :param later_writes: further writes: the microseconds after the first write, and the values.
@@ -77,7 +79,7 @@ def make_skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     current: Command | None = None
     for number, write in enumerate(writes):
         values = {**_IDLE_VALUES, **write.values}
-        kind = _find_command(previous, values, is_first=not number)
+        kind = _find_command_kind(previous, values, is_first=not number)
         if kind is not None:
             command = Command(kind, values["skill_string"], write.time_us, values)
             script.commands.append(command)
@@ -93,24 +95,27 @@ def make_skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     return script
 
 
-def _find_command(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
-    """Return the command that caused a write; None if the Skiller wrote by itself or lost its controller."""
-    skill, controller = values["skill_string"], values["exclusive_controller"]
-    has_new_controller = controller and controller != previous["exclusive_controller"]
+def _find_command_kind(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
+    """Return the kind of the command that caused a write.
+
+    None if the Skiller wrote by itself or lost its controller.
+    """
+    skill_string, controller = values["skill_string"], values["exclusive_controller"]
+    has_new_controller = bool(controller) and controller != previous["exclusive_controller"]
     is_leftover = is_first and values["status"] in _END_STATUSES  # state of a skill from before the recording
-    if skill and values["msgid"] and not is_leftover:
+    if skill_string and values["msgid"] and not is_leftover:
         # each sender numbers its own messages: two commands of the same skill may have the same id
         is_restarted = values["status"] == "S_RUNNING" and previous["status"] in _END_STATUSES
-        if values["msgid"] != previous["msgid"] or skill != previous["skill_string"] or is_restarted:
+        if values["msgid"] != previous["msgid"] or skill_string != previous["skill_string"] or is_restarted:
             return CommandKind.EXEC
-    if not skill and previous["skill_string"]:
+    if not skill_string and previous["skill_string"]:
         return CommandKind.STOP
     return CommandKind.CONTROL if has_new_controller else None
 
 
 def reconstruct_writes(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
     """Reconstruct the writes of a Skiller from its statuses. Error texts are lost."""
-    # statuses name no controller; a reader of the Skiller counts as having requested control
+    # statuses name no controller: the reader that they come from is taken to have control all the time
     return [
         InterfaceWrite(
             skill_status.time_us,
@@ -135,7 +140,7 @@ class RecordedExecution:
     :param time_us: the time of the start.
     :param duration_us: the duration; None if the recording ends before the execution.
     :param feedback: the messages: microseconds after the start, progress, and text.
-    :param outcome: SUCCEEDED, FAILED or CANCELLED.
+    :param outcome: the recorded outcome, e.g. SUCCEEDED, FAILED or CANCELLED.
     """
 
     skill: str
@@ -170,14 +175,19 @@ class ExecutorScript:
 
 
 def format_call(skill: str, parameters: Mapping[str, Any] | None) -> str:
-    """Return a skill call as text for messages."""
+    """Return a skill call as text for messages: the skill, with its parameters as JSON if they are known."""
     return skill if parameters is None else f"{skill} {json.dumps(dict(parameters), ensure_ascii=False)}"
 
 
 def make_executor_script(
     name: str, writes: Sequence[InterfaceWrite], messages: Iterable[InterfaceMessage]
 ) -> ExecutorScript:
-    """Return an executor's behaviour, from its interface and the recorded messages."""
+    """Return an executor's behaviour, from the writes of its interface and the recorded messages.
+
+    :param name: the id of the interface.
+    :param writes: at least one write, in the order of their times.
+    :param messages: messages of all executors.
+    """
     first_values = writes[0].values
     script = ExecutorScript(
         name, str(first_values.get("agent", "")), tuple(str(first_values.get("skills", "")).split())
@@ -211,8 +221,8 @@ def _add_message(execution: RecordedExecution, message: InterfaceMessage) -> Non
     values = message.values
     if message.message == "RequestMessage":
         try:
-            execution.parameters = json.loads(str(values.get("parameters") or "{}"))
-        except (ValueError, RecursionError):  # no JSON, or too deep: a recording may have any text
+            execution.parameters = decode_parameters(str(values.get("parameters") or ""))
+        except SkillError:  # a recording may have any text
             execution.parameters = None
     elif message.message == "FeedbackMessage":
         execution.feedback.append(

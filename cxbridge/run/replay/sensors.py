@@ -36,6 +36,7 @@ class SensorPlayer(Component):
     :param first_writes: the first write of each interface by ``Type::id``.
     :param writes: the writes in the order of their times, by the run's clock.
     :raises TraceError: if an interface definition has changed since the recording.
+    :raises InterfaceDefinitionError: if an interface definition is wrong.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -79,6 +80,8 @@ class SensorPlayer(Component):
     def loop(self) -> None:
         """Write the values that are due, and drop messages to the interfaces."""
         now_us = self._board.clock.now_us()
+        # not with the time of this loop: such a write may have come after the rules of its loop, e.g. at the
+        # hook ACT, and then only the next loop sees it
         while self._next_write is not None and self._next_write.time_us < now_us:
             self._write(self._next_write)
             self._next_write = next(self._writes, None)

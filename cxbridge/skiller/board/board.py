@@ -142,12 +142,12 @@ class SkillBoard:
         return self._masters.get(number)
 
     def cancel(self, master: Master) -> bool:
-        """Cancel an action; return whether it was running."""
+        """Cancel an action; return False if it is over or is being cancelled already."""
         return master.cancel(self._clock.now_us())
 
     @property
     def local_executors(self) -> set[str]:
-        """Executors in this process, which get their messages synchronously."""
+        """The names of executors in this process, which get their messages synchronously."""
         return self._sender.local_executors
 
     @property
@@ -157,7 +157,7 @@ class SkillBoard:
 
     @property
     def offered_skills(self) -> set[tuple[str, str]]:
-        """Agents and skills of all present and former executors."""
+        """The pairs of agent and skill of all present and former executors."""
         return self._watch.offered_skills
 
     @property
@@ -260,7 +260,7 @@ class SkillBoard:
         master.handle_finish(
             executor, SkillOutcome(outcome), message.error, self._clock.now_us(), message.text
         )
-        if master.state is MasterState.ASKING:
+        if master.state is MasterState.ASKING:  # the executor has refused
             self.ask_all(master, excluded=executor)
 
     def _find_master(self, message: Any) -> Master | None:

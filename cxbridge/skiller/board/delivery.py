@@ -34,7 +34,7 @@ class Sender:
         is_synchronous: bool,
     ) -> None:
         self.local_executors: set[str] = set()
-        """Executors in this process, which get their messages synchronously."""
+        """The names of executors in this process, which get their messages synchronously."""
         self._board, self._watch = board, watch
         self._name, self._epoch, self._owner = name, epoch, owner
         self._is_synchronous = is_synchronous

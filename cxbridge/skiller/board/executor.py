@@ -27,7 +27,7 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param folder: the base of a relative file.
-    :raises SkillError: if the class is missing or not an executor, with file and line.
+    :raises SkillError: if the class is missing or not an executor, or its module does not load.
     """
     module_name, name = split_target(target)
     module = _load_file(folder / module_name) if module_name.endswith(".py") else _load_module(module_name)
@@ -38,7 +38,7 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
 
 
 def split_target(target: str) -> tuple[str, str]:
-    """Return the module or file of a target, and the class.
+    """Return the name of the module or file in a target, and the name of the class.
 
     :raises SkillError: if the target has another form.
     """
@@ -167,13 +167,15 @@ class SkillExecutor:
             def execute(self, call: SkillCall) -> Steps:
                 for done in range(3):
                     yield done / 3
+
+    :raises ConfigError: if the context has an unknown setting.
     """
 
     skills: tuple[str, ...] = ()
     """The names of the skills that the executor executes."""
 
     known_settings: ClassVar[tuple[str, ...]] = ()
-    """The accepted settings."""
+    """The names of the accepted settings."""
 
     def __init__(self, context: ExecutorContext) -> None:
         self.agent = context.agent
@@ -204,7 +206,7 @@ class SkillExecutor:
         return ()
 
     def setting(self, name: str, default: SettingT = REQUIRED) -> SettingT:
-        """Return a setting, which must have the default's type.
+        """Return a setting, which must have the default's type. Without a default, the setting is required.
 
         :raises ConfigError: if the setting is missing or has the wrong type.
         """

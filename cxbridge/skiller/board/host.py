@@ -46,11 +46,17 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
 
 RESERVE_S: Final = 2.0
-"""The maximum time from RESPONSE to CONFIRM in seconds."""
+"""The maximum time from RESPONSE to CONFIRM in seconds.
+
+Shorter than the default of :attr:`~cxbridge.skiller.board.master.Timeouts.start`: after a lost CONFIRM, the
+executor is idle again before the master fails.
+"""
 
 _NO_TICKET: Final = Ticket("", 0, 0)
-_FEEDBACK_US: Final = 200_000  # the minimum time between two FEEDBACK messages with news, in microseconds
-_SIGN_OF_LIFE_US: Final = 1_000_000  # the time between two FEEDBACK messages without news
+# The minimum time between two FEEDBACK messages with news: a skill may yield news in each loop.
+_FEEDBACK_US: Final = 200_000
+# The time between two FEEDBACK messages without news; well below the default of Timeouts.silence.
+_SIGN_OF_LIFE_US: Final = 1_000_000
 
 
 class ExecutorHost(Listener):
@@ -81,7 +87,7 @@ class ExecutorHost(Listener):
         self._steps: Steps | None = None
         self._can_idle = True
         self._is_verbatim = verbatim
-        self._has_reported = False
+        self._has_reported = False  # whether the running skill has sent FEEDBACK
         self._progress = Progress(0.0)
         self._published_us = self._deadline_us = 0
         self._readers: dict[str, Interface] = {}
@@ -106,7 +112,7 @@ class ExecutorHost(Listener):
 
     @property
     def valid(self) -> bool:
-        """Whether the interface is still valid. After a reconnection, it may have another writer."""
+        """Whether the interface is still valid. Another program may write it after a reconnection."""
         return bool(self._interface.valid)
 
     def open_board(self, board: str) -> None:
@@ -366,7 +372,7 @@ def make_host(
 
 
 def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
-    """Return the skills of an executor.
+    """Return the skills of an executor, after a check of their names.
 
     :raises SkillError: if there are none, or they do not fit into the interface.
     """

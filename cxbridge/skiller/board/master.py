@@ -26,8 +26,8 @@ _MAX_TIMEOUT_S = 1e9  # 30 years, far within the range of clocks
 class Timeouts:
     """Timeouts of a master in seconds.
 
-    :param start: the limit until an executor starts.
-    :param silence: the limit between two FEEDBACK messages.
+    :param start: the limit from the request to a RESPONSE, and again from RESPONSE to the first FEEDBACK.
+    :param silence: the limit between two FEEDBACK messages, and from the last one to FINISH.
     :param cancel: the limit from CANCEL to FINISH.
     """
 
@@ -199,7 +199,7 @@ class Master:
             self._fail(f"the executor {executor} does not accept messages: {reason}")
 
     def cancel(self, now_us: int) -> bool:
-        """Cancel the action; return whether it was running."""
+        """Cancel the action; return False if it is over or is being cancelled already."""
         if self.is_over or self.state is MasterState.CANCELLING:
             return False
         if self.state is MasterState.ASKING:

@@ -34,7 +34,7 @@ def _open_team_store(team: RunBase, agent: str, settings: RobotMemorySettings) -
     own_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
     return SplitStore(
         EmbeddedStore(team.clock, own_file),
-        team.shared.get(_open_shared_store, team),
+        team.shared.get_or_make(_open_shared_store, team),
         settings.distributed_databases,
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -81,7 +82,12 @@ def test_script_keeps_all_writes_but_ends_of_control(writes: list[tuple[str, int
     assert times == sorted(times)
 
 
-def test_script_has_skills_of_executor_with_messages() -> None:
+@pytest.mark.parametrize(
+    ("text", "parameters", "call"), [('{"to":"a"}', {"to": "a"}, 'go {"to": "a"}'), ("[1]", None, "go")]
+)
+def test_script_has_skills_of_executor_with_messages(text: str, parameters: Any, call: str) -> None:
+    """Parameters that were JSON, but no object, ended a replay with a TypeError."""
+
     def write(time_us: int, state: str, master: int) -> InterfaceWrite:
         values = {
             "agent": "r",
@@ -103,13 +109,17 @@ def test_script_has_skills_of_executor_with_messages() -> None:
 
     writes = [write(0, "IDLE", 0), write(10, "RESERVED", 7), write(20, "BUSY", 7), write(90, "IDLE", 0)]
     messages = [
-        message(10, "RequestMessage", parameters='{"to":"a"}'),
+        message(10, "RequestMessage", parameters=text),
         message(50, "FeedbackMessage", progress=0.5, text="half"),
         message(90, "FinishMessage", outcome="FAILED", error="lost"),
     ]
     found = make_executor_script("e", writes, messages)
     (execution,) = found.executions
     assert (found.agent, found.skills) == ("r", ("go", "see"))
-    assert (execution.parameters, execution.duration_us) == ({"to": "a"}, 70)
-    assert (execution.feedback, execution.outcome, execution.error) == ([(30, 0.5, "half")], "FAILED", "lost")
-    assert str(execution) == 'go {"to": "a"}'
+    assert (execution.parameters, execution.duration_us) == (parameters, 70)
+    assert (execution.feedback, execution.outcome, execution.error, str(execution)) == (
+        [(30, 0.5, "half")],
+        "FAILED",
+        "lost",
+        call,
+    )

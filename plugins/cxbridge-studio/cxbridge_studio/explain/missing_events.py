@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.executive.executive import FINAL_ACTION_STATES
 from cxbridge.run.mistakes import own_files
-from cxbridge.run.stuck import read_interfaces
+from cxbridge.run.stuck import find_read_interfaces
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.constructs import read_allowed_values, read_rule_texts
 from cxbridge_studio.explain.source_positions import SourcePositions
@@ -182,7 +182,7 @@ def _find_rule_position(agent: Run, rule: str) -> str:
 def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield each interface that rules read and that has no writer."""
     written_uids = {interface.uid for interface in agent.board.list_all() if interface.has_writer}
-    for interface_type, interface_id in read_interfaces(agent.executive.env):
+    for interface_type, interface_id in find_read_interfaces(agent.executive.env):
         uid = f"{interface_type}::{interface_id}"
         if uid not in written_uids:
             position = _add_brackets(positions.find_interface_position(interface_type, interface_id))
