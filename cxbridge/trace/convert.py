@@ -67,16 +67,17 @@ def _copy_events(run: Run, path: Path, format_name: str) -> list[str]:
 
 
 def _copy_files(run: Run, writer: RunWriter, *, has_origins: bool) -> None:
-    """Copy the source files and other attachments of the run.
+    """Copy the attachments of the run: its source files, and other files.
 
-    :param has_origins: whether the format stores the origins of source files, such as their environment.
+    :param has_origins: whether the format stores the origins of source files, such as their environment;
+        otherwise the source files are left out.
     """
-    source_files = set()
+    source_file_names = set()
     for source in run_sources(run):
         if source.file is not None:
-            source_files.add(source.file.name)
+            source_file_names.add(source.file.name)
         if has_origins:
             writer.write(source.to_event())
     for file in run.files():
-        if file.name not in source_files:
+        if file.name not in source_file_names:
             writer.attach(Attachment(file.name, file.media_type, file.read(), file.time_us))

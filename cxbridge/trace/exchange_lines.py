@@ -16,7 +16,7 @@ from cxbridge.history.exchange import ExchangeReader, SkillMessage
 
 
 def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a line per message: seconds since the first message, sender, receiver, content."""
+    """Yield a line per message: seconds since the first message, type, sender, receiver, content."""
     start_us: int | None = None
     for message, master in ExchangeReader().read(events):
         start_us = message.time_us if start_us is None else start_us
@@ -25,7 +25,10 @@ def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
 
 
 def exchange_json_lines(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a JSON object per message, with the fields of the topic in the ROS 2 CLIPS Executive of 2021."""
+    """Yield a JSON object per message, with the fields of the topic in the ROS 2 CLIPS Executive of 2021.
+
+    The further field ``t`` is the time in seconds since the epoch.
+    """
     for message, _master in ExchangeReader().read(events):
         fields = asdict(message)
         del fields["request"]  # a field of the recording, not of the topic

@@ -45,12 +45,12 @@ Names: TypeAlias = tuple[int, ...]
 
 def replace_names(text: str) -> str:
     """Replace all gensym ids in a text by ``gen#``, and all UUIDs by ``uuid#``."""
-    return _extract_names(text, is_fact=False)[0]
+    return _extract_names(text, has_fact_names=False)[0]
 
 
 def replace_fact_names(text: str) -> str:
     """Replace gensym ids, UUIDs, fact indices, message ids and absolute times in a text."""
-    return _MSGID.sub("(msgid #)", _extract_names(text, is_fact=True)[0])
+    return _MSGID.sub("(msgid #)", _extract_names(text, has_fact_names=True)[0])
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
@@ -87,18 +87,18 @@ def replace_times_of_day(text: str, now_us: int) -> str:
 
 
 @lru_cache(MAX_CACHED_TEXTS)
-def _extract_names(text: str, *, is_fact: bool) -> tuple[str, tuple[str, ...]]:
+def _extract_names(text: str, *, has_fact_names: bool) -> tuple[str, tuple[str, ...]]:
     """Return a text with replaced names, and the names: gensym ids, then UUIDs, then fact indices.
 
-    :param is_fact: whether fact indices are names, and absolute times are replaced.
+    :param has_fact_names: whether fact indices are names, and absolute times are replaced.
     """
-    text = replace_times(text) if is_fact else text
+    text = replace_times(text) if has_fact_names else text
     names: list[str] = []
     # most texts have no names, which the first items show faster than the substitutions
     for may_match, pattern, placeholder in (
         ("gen" in text, _GENSYM, "gen#"),
         (text.count("-") >= _UUID_HYPHENS, _UUID, "uuid#"),
-        (is_fact and any(start in text for start in _INDEX_STARTS), _INDEX, "fact#"),
+        (has_fact_names and any(start in text for start in _INDEX_STARTS), _INDEX, "fact#"),
     ):
         if may_match:
             names += pattern.findall(text)
@@ -116,12 +116,12 @@ class Namer:
         """Return the number of names so far."""
         return len(self._numbers)
 
-    def split(self, text: str, *, is_fact: bool = False) -> tuple[str, Names]:
+    def split(self, text: str, *, has_fact_names: bool = False) -> tuple[str, Names]:
         """Return a text with its names replaced, and the numbers of the names.
 
-        :param is_fact: whether fact indices are names, and absolute times are replaced.
+        :param has_fact_names: whether fact indices are names, and absolute times are replaced.
         """
-        template, names = _extract_names(text, is_fact=is_fact)
+        template, names = _extract_names(text, has_fact_names=has_fact_names)
         numbers = self._numbers
         # most texts have no names
         return template, tuple([numbers.setdefault(name, len(numbers)) for name in names]) if names else ()

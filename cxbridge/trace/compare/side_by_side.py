@@ -21,14 +21,18 @@ from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.compare.steps import StepReader
 from cxbridge.trace.formats.base import Run
 
+# Both limits are chosen freely; they keep the page of a long run small.
 MAX_EXPLAINED_DIFFERENCES: Final = 30
 """The maximum number of differences with a context."""
 
 MAX_ROWS: Final = 500
-"""The maximum number of displayed goals."""
+"""The maximum number of displayed rows of goals."""
 
 Bar: TypeAlias = dict[str, Any]
-"""A goal on the page: its name, class, begin, end, outcome and error."""
+"""A goal on the page: its name, class, begin, end, outcome and error.
+
+Begin and end are in seconds since the start of the run; in a run without times, numbers of events.
+"""
 
 
 def page_report(
@@ -38,10 +42,12 @@ def page_report(
 ) -> dict[str, Any]:
     """Return the values of :func:`.render.json.report_to_json`, and values that only a page shows.
 
-    :returns: the further values are ``contexts``, the causes of the first differences in their order, by
-        side; ``goals``, rows with ``label``, ``depth`` and the bars of both sides; ``end``, the length of
-        each side; ``start_us``, the start of each side; and ``unit``, ``s``, or ``steps`` if a run has no
-        times.
+    :param options: the options of the comparison.
+    :param selection: the selection with which the runs were compared.
+    :returns: the further values are ``contexts``, the contexts of the first differences in their order, by
+        side; ``goals``, rows with ``label``, ``depth`` and the bars of both sides; ``more_goals``, the number
+        of omitted rows; ``end``, the length of each side; ``start_us``, the start of each side, 0 if it is
+        unknown; and ``unit``, which is ``s``, or ``steps`` if a run has no times.
     """
     explained_differences = report.comparison.differences[:MAX_EXPLAINED_DIFFERENCES]
     contexts: list[list[dict[str, Any]]] = []
@@ -60,7 +66,7 @@ def page_report(
 
 
 def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
-    """Return the goals of both runs in the order of their trees, with lengths, starts and unit."""
+    """Return the rows of goals in the order of their trees, with lengths, starts and unit."""
     histories = [RunHistory.from_events(run, UNLIMITED, run.start_us) for run in (a, b)]
     # a text of transitions may have no times: the numbers of events then replace them
     has_times = all(history.end > 0 for history in histories)
@@ -96,18 +102,18 @@ def _make_bars(history: RunHistory, *, has_times: bool) -> dict[tuple[str, str],
 
 
 def _make_bar(goal: GoalRecord, history: RunHistory, *, has_times: bool) -> Bar:
-    end_change = goal.end_change
-    begin, end = goal.changes[0], end_change or goal.changes[-1]
+    """Return the bar of a goal; a goal without an outcome lasts until the end of the run."""
+    first_change, end_change = goal.changes[0], goal.end_change
     if has_times:
-        begin_time = begin.time / MICROSECONDS
-        end_time = (history.end if end_change is None else end.time) / MICROSECONDS
+        begin = first_change.time / MICROSECONDS
+        end = (history.end if end_change is None else end_change.time) / MICROSECONDS
     else:
-        begin_time, end_time = begin.seq, (history.event_count if end_change is None else end.seq)
+        begin, end = first_change.seq, (history.event_count if end_change is None else end_change.seq)
     return {
         "goal": goal.name,
         "goal_class": goal.goal_class,
-        "begin": begin_time,
-        "end": end_time,
+        "begin": begin,
+        "end": end,
         "outcome": goal_outcome(goal.mode, goal.outcome).name.lower(),
         "error": goal.error,
     }
@@ -116,9 +122,9 @@ def _make_bar(goal: GoalRecord, history: RunHistory, *, has_times: bool) -> Bar:
 def _sort_rows(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Yield the rows of parents before those of their children, siblings by start."""
 
-    def find_begin(label: str) -> float:
+    def earliest_begin(label: str) -> float:
         return min((bar["begin"] for bar in rows[label].values() if bar is not None), default=0)
 
-    forest = Forest({label: label.rpartition("/")[0] for label in sorted(rows, key=find_begin)})
+    forest = Forest({label: label.rpartition("/")[0] for label in sorted(rows, key=earliest_begin)})
     for label, depth in forest.walk():
         yield {"label": label.rpartition("/")[2], "depth": depth, **rows[label]}

@@ -1,4 +1,4 @@
-"""The steps of a run: its compared events, with the names that differ between runs apart from the rest.
+"""The steps of a run: its compared events, from whose texts the names that differ between runs are separated.
 
 Names are ids such as ``gen12``; :mod:`.names` replaces them in the key of a step, and numbers them. Steps
 have no events, so that long runs fit into memory: the events of the differences are read again.
@@ -41,21 +41,21 @@ Key: TypeAlias = tuple[str, ...]
 NamedKey: TypeAlias = tuple[Key, Names]
 """A key and its names."""
 
-MAX_CHANGED_PARTS: Final = 3
-"""The maximum number of differing parts of an event that counts as changed."""
-
+MAX_NAMED_CHANGES: Final = 3
+"""The maximum number of differing fields that a report names; chosen freely for a short line."""
 
 TYPES_WITH_DETAILS: Final = (GoalTransition, PlanActionTransition)
 """The types of events with details, such as parameters."""
 
 
 class KeyForm(NamedTuple):
-    """The fields in the key of a kind of event.
+    """The form of the key of a kind of event: the fields of the event in the key.
 
     :param thread: the fields that identify the goal, plan, Skiller or interface of the event, or the rules or
         facts of an environment.
     :param content: the other fields.
-    :param subject_format: the thread in reports as a format string, with the event as ``{0}``.
+    :param subject_format: the thread in reports as a format string, with the event as ``{0}``; empty for
+        details, which reports show with their event.
     """
 
     thread: tuple[str, ...]
@@ -124,7 +124,8 @@ class Step(NamedTuple):
 
     :param names: the names in the key, in order, as numbers by first appearance in the run.
     :param position: the number of the event among the compared events, from 0.
-    :param msgid: the message id of the Skiller or interface, see :class:`~.checks.PairChecks`.
+    :param msgid: the message id in the state of a Skiller or interface, see :class:`~.checks.PairChecks`;
+        None without such an id.
     :param details: the key of the details, such as parameters, if they differ from those of the preceding
         event of the same goal or plan-action.
     """
@@ -144,7 +145,7 @@ class Step(NamedTuple):
 
     @property
     def content(self) -> NamedKey:
-        """The compared part."""
+        """The part of the step that must be equal in both runs."""
         return self.key, self.names
 
     @property
@@ -161,7 +162,8 @@ class StepReader:
     """Reads the steps of a run.
 
     :param missing_details: details that are not compared.
-    :param shared: one object for each key; the same dictionary for all compared runs.
+    :param shared: the keys and names so far, by themselves, so that equal keys share one object in memory;
+        the same dictionary for all compared runs.
     :ivar count: the number of compared events so far.
     """
 
@@ -178,7 +180,7 @@ class StepReader:
     def read(self, run: Run, view: View, selection: Selection | None = None) -> Iterator[tuple[Step, Event]]:
         """Yield the steps of the run with their events."""
         for event in compared_contents(run, view, selection):
-            # reports number the events of the file, so that dropped states of Skillers count, too
+            # reports number the compared events of the file, so that dropped states of Skillers count, too
             content = self._skillers.fresh_state(event) if isinstance(event, SkillStatus) else event
             if content is not None:
                 yield self._make_step(content), content
@@ -186,42 +188,48 @@ class StepReader:
 
     def _make_step(self, event: Event) -> Step:
         kind = event.KIND.name
-        msgid, details, is_fact = None, None, False
+        msgid, details, has_fact_names = None, None, False
         texts = _FIELD_GETTERS[kind](event)
         if isinstance(event, TYPES_WITH_DETAILS):
             details = self._find_new_details(event)
         elif isinstance(event, SkillStatus):
             msgid = event.msgid
-        # facts and interfaces have ids within a text
+        # facts and interfaces have their message id within the compared text or values
         elif isinstance(event, FactChange):
-            is_fact = True
+            has_fact_names = True
             text, msgid = split_msgid(event.text)
             texts = (event.env, event.template, "==>" if event.asserted else "<==", text)
         elif isinstance(event, InterfaceWrite):
-            is_fact = True
+            has_fact_names = True
             value = event.values.get(MSGID)
             msgid = value if isinstance(value, int) else None
             texts = (event.uid, interface_text(event.values))
-        key, names = self._split(kind, texts, is_fact=is_fact)
+        key, names = self._split(kind, texts, has_fact_names=has_fact_names)
         return Step(key, names, self.count, event.time_us, msgid, details)
 
-    def _split(self, kind: str, texts: Sequence[str], *, is_fact: bool) -> NamedKey:
-        """Return texts as a key, and their names."""
+    def _split(self, kind: str, texts: Sequence[str], *, has_fact_names: bool) -> NamedKey:
+        """Return the texts of fields as a key, and their names.
+
+        :param has_fact_names: whether fact indices are names, and absolute times are replaced.
+        """
         names: Names = ()
         parts = [kind, *texts]
         for index in _NAMED_PARTS[kind]:
-            parts[index], part_names = self._namer.split(parts[index], is_fact=is_fact)
+            parts[index], part_names = self._namer.split(parts[index], has_fact_names=has_fact_names)
             names += part_names
         key = tuple(parts)
         return self._shared.setdefault(key, key), self._shared.setdefault(names, names)
 
     def _find_new_details(self, event: GoalTransition | PlanActionTransition) -> NamedKey | None:
-        """Return the details of an event, or None if those of its goal or action are unchanged."""
+        """Return the key of the details of an event, or None.
+
+        None means that the details of the goal or action are unchanged, or that the run has no details.
+        """
         kind = f"{event.KIND.name} details"
         recorded = _FIELD_GETTERS[kind](event)
         subject_length = len(KEY_FORMS[kind].thread)
         subject = (kind, *recorded[:subject_length])
-        last_recorded, last = self._last_details.get(subject, (None, None))
+        last_recorded, last_details = self._last_details.get(subject, (None, None))
         if recorded == last_recorded:
             return None
         missing = self._missing_details.get(event.KIND.name, ())
@@ -233,8 +241,8 @@ class StepReader:
         # a run without details has empty texts
         return (
             None
-            if details == last or not any(details)
-            else self._split(kind, (*subject[1:], *details), is_fact=True)
+            if details == last_details or not any(details)
+            else self._split(kind, (*subject[1:], *details), has_fact_names=True)
         )
 
 
@@ -254,7 +262,7 @@ class StaleStateFilter:
         """Return the state that a fresh Skiller would show, or None for a repetition."""
         skiller = (event.env, event.skiller)
         old_skill = self._old_skills.get(skiller)
-        has_ended = event.status in SKILL_ENDED and event.skill_string
+        has_ended = event.status in SKILL_ENDED and bool(event.skill_string)
         # the first state of the Skiller in the run is the end of a skill of an earlier client
         if old_skill is None and has_ended:
             self._old_skills[skiller] = event.skill_string
@@ -282,16 +290,19 @@ def find_missing_details(runs: Sequence[Run]) -> MissingDetails:
 
 
 def describe_subject(event: Event) -> str:
-    """Return the goal, plan, Skiller or interface of an event."""
+    """Return a text that names the goal, plan, Skiller, interface, rules or facts of an event."""
     return KEY_FORMS[event.KIND.name].subject_format.format(event)
 
 
 def describe_changes(a: NamedKey, b: NamedKey) -> str:
-    """Return the fields in which two keys of a kind differ as text."""
+    """Return a phrase for the differing fields of two keys of a kind, such as ``another state``.
+
+    With more than :data:`MAX_NAMED_CHANGES` differing fields, the phrase is ``another event``.
+    """
     form = KEY_FORMS[a[0][0]]
     parts = zip(form.thread + form.content, _parts_with_names(*a), _parts_with_names(*b), strict=True)
     nouns = [_NOUNS.get(field, field) for field, part_a, part_b in parts if part_a != part_b]
-    return f"another {' and '.join(nouns)}" if len(nouns) <= MAX_CHANGED_PARTS else "another event"
+    return f"another {' and '.join(nouns)}" if len(nouns) <= MAX_NAMED_CHANGES else "another event"
 
 
 def _parts_with_names(key: Key, names: Names) -> Iterator[tuple[str, Names]]:

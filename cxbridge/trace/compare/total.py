@@ -37,17 +37,18 @@ def compare_total(
 def _pair_names(steps_a: Sequence[Step], steps_b: Sequence[Step]) -> Mapping[int, int]:
     """Return the names of A by those of B, by the votes of steps that are equal except for names."""
     votes: Counter[tuple[int, int]] = Counter()
-    rest_a: list[Step] = []
-    rest_b: list[Step] = []
+    unaligned_a: list[Step] = []
+    unaligned_b: list[Step] = []
     end_a = end_b = 0
-    keys = (array("q", (hash(step.key) for step in steps)) for steps in (steps_a, steps_b))
-    for start_a, start_b, size in align(*keys):
-        rest_a += steps_a[end_a:start_a]
-        rest_b += steps_b[end_b:start_b]
+    # hashes of a million steps need less memory than their keys
+    key_hashes = (array("q", (hash(step.key) for step in steps)) for steps in (steps_a, steps_b))
+    for start_a, start_b, size in align(*key_hashes):
+        unaligned_a += steps_a[end_a:start_a]
+        unaligned_b += steps_b[end_b:start_b]
         end_a, end_b = start_a + size, start_b + size
         for pair in zip(steps_a[start_a:end_a], steps_b[start_b:end_b], strict=True):
             votes.update(_pair_step_names(*pair))
-    for pair in pop_equal_pairs(rest_a, rest_b, attrgetter("key")):
+    for pair in pop_equal_pairs(unaligned_a, unaligned_b, attrgetter("key")):
         votes.update(_pair_step_names(*pair))
     # names are paired one to one: a pair with fewer votes is dropped if a name of it is paired already
     partners: dict[int, int] = {}
@@ -60,7 +61,8 @@ def _pair_names(steps_a: Sequence[Step], steps_b: Sequence[Step]) -> Mapping[int
 
 
 def _pair_step_names(a: Step, b: Step) -> Iterator[tuple[int, int]]:
-    # a text that contains `gen#` itself has equal keys and fewer names
+    """Yield the names at equal places of two steps with equal keys, as pairs."""
+    # a recorded text may contain `gen#` itself: the keys are then equal, but one step has fewer names
     yield from zip(a.names, b.names, strict=False)
     if a.details and b.details and a.details[0] == b.details[0]:
         yield from zip(a.details[1], b.details[1], strict=False)
@@ -70,7 +72,8 @@ def _rename_step(step: Step, partners: Mapping[int, int]) -> Step:
     """Return a step of B with the names of A."""
 
     def rename(names: Names) -> Names:
-        # a name of B without a partner becomes negative; -1 and -2 have the same hash
+        # A name of B without a partner becomes a negative number, which no name of A has. The numbers start
+        # at -2, because steps are aligned by hashes and Python's hashes of -1 and -2 are equal.
         return tuple(partners.get(name, -2 - name) for name in names)
 
     names = rename(step.names)

@@ -17,11 +17,11 @@ from cxbridge.numbers import parse_decimal
 from cxbridge.trace.formats.files import writing
 
 MAX_NOTES = 100
-"""The maximum number of notes about a run."""
+"""The maximum number of different notes about a run; chosen freely. A damaged text may cause one per line."""
 
 
 class Attachment(Struct, frozen=True):
-    """A file that is recorded with a run: a configuration, CLIPS, PDDL, or the definition of an interface.
+    """A file that is recorded with a run, such as a configuration, a CLIPS file or an interface definition.
 
     :param name: a path below the folder into which ``trace extract`` writes the file.
     :param media_type: e.g. ``text/plain``.
@@ -38,6 +38,7 @@ class StoredFile(Struct, frozen=True):
     """An attachment in a recording, whose data are not read yet.
 
     :param size: in bytes.
+    :param time_us: as in :class:`Attachment`.
     :param read: returns the data; raises TraceError if the data are damaged.
     """
 
@@ -86,7 +87,7 @@ class Run(ABC):
         return (event for event in self if type(event) in types)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return the metadata of the run: version, command, spec, clock, result; may be empty."""
+        """Return the metadata of the run, such as version, spec, clock and exit status; may be empty."""
         return {}
 
     @property
@@ -118,14 +119,17 @@ class Run(ABC):
     def find_repairs(self) -> tuple[list[str], Callable[[Path], object]] | None:
         """Return the needed repairs as texts, and a function that writes the repaired file to a path.
 
-        None for a format whose files ``trace repair`` mends by itself.
+        None means that the format has no repair of its own: ``trace repair`` then examines the file.
 
         :raises TraceError: if the file cannot be read, or cannot be repaired.
         """
         return None
 
     def note(self, text: str) -> None:
-        """Add a note for the user unless the note exists; at most `MAX_NOTES` are kept."""
+        """Add a note for the user unless the note exists.
+
+        After `MAX_NOTES` notes, one last note says that there are more; the further notes are dropped.
+        """
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
@@ -158,7 +162,7 @@ class RunWriter(Closing):
         return []
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write or extend the run's metadata: version, command, spec, clock, result.
+        """Write or extend the run's metadata, such as version, spec, clock and exit status.
 
         Formats without metadata ignore the call.
         """
@@ -186,7 +190,7 @@ class RecordingInfo(Struct, frozen=True):
 
 
 class StreamWriter(RunWriter):
-    """Writes events as lines to an open file.
+    """The base of writers of events as lines to an open file; subclasses write the lines.
 
     :param path: for error messages.
     :param file: closed with the writer.
@@ -242,4 +246,7 @@ class CopyFormat(Struct, frozen=True):
 
 
 HEAD_SIZE: Final = 64 * 1024
-"""The number of bytes at the start of a file by which a format is recognised."""
+"""The number of bytes at the start of a file by which a format is recognised.
+
+The number is chosen freely: the first entry of a text log may follow other text.
+"""

@@ -23,7 +23,8 @@ _FieldConverter: TypeAlias = Callable[[tuple[Any, ...]], Any]
 class BlockDecoder:
     """Decodes the little endian blocks of an interface type.
 
-    :param decode_text: returns the value of a text field from its zero-padded bytes.
+    :param decode_text: returns the value of a text field from its zero-padded bytes; None:
+        :func:`decode_padded_text`.
     """
 
     def __init__(
@@ -50,7 +51,10 @@ class BlockDecoder:
         self._unpack = struct.Struct(struct_format).unpack_from
 
     def decode(self, block: bytes | memoryview) -> dict[str, Any]:
-        """Return the values by field: texts, numbers, names of enum items, lists."""
+        """Return the values by field: texts, numbers, names of enum items, lists.
+
+        :param block: of the size in the schema. An enum value without an item stays a number.
+        """
         elements = self._unpack(block)
         return {
             name: elements[index] if convert is None else convert(elements)
@@ -64,7 +68,7 @@ def block_events(
     """Yield the write of a block, and the state of the Skiller for a SkillerInterface.
 
     :param uid: ``Type::id``.
-    :param block: of the size in the schema, in this machine's byte order.
+    :param block: of the size in the schema, little endian.
     """
     return write_events(schema.name, uid, time_us, _cached_decoder(schema).decode(block))
 
@@ -75,6 +79,8 @@ def write_events(
     """Yield the write of values, and the state of the Skiller for a SkillerInterface.
 
     :param uid: ``Type::id``.
+    :param values: by field. A block of an unknown layout has no ``skill_string``, so that its write has no
+        state of the Skiller.
     """
     yield InterfaceWrite(time_us, uid, values)
     if interface_type == _SKILLER_TYPE and "skill_string" in values:
@@ -90,7 +96,7 @@ def write_events(
 
 
 def decode_padded_text(data: bytes) -> str:
-    """Decode a zero-padded text."""
+    r"""Return the text before the first null byte; bytes that are not UTF-8 become ``\xNN``."""
     return data.split(b"\0", 1)[0].decode("utf-8", "backslashreplace")
 
 

@@ -1,7 +1,7 @@
 """Reader and writer of the text log of Fawkes; docs/formats.md has its layout.
 
 With CLIPS debugging, Fawkes logs each firing and each change of a fact. The reader makes events of these
-lines, and transitions of the facts; all other lines become log lines.
+lines, and transitions of the facts; all other entries become log lines.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ _ENTRY_LINES = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.
 _TIME_STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
 _FIRST_ENTRY = re.compile(rb"^[DIWE] \d\d:\d\d:\d\d\.\d{6} .*?: ", re.MULTILINE)
 # Texts of entries with CLIPS debugging: ==> f-12 (time 1 2), and FIRE 1 my-rule: f-1,*
+# Numbers of up to 18 digits fit into 64 bits.
 _FACT = re.compile(r"(==>|<==) f-(\d{1,18}) +(\(.*)", re.DOTALL)
 _FIRE = re.compile(r"FIRE +(\d{1,18}) ([^: ]+):(?: (.*))?", re.DOTALL)
 _ENVIRONMENT = re.compile(r"CLIPS \((.+)\)")
@@ -37,10 +38,10 @@ _FACT_STARTS = ("==> f-", "<== f-")
 _CLIPS_STARTS = (*_FACT_STARTS, "FIRE ")
 
 _LEVELS = {level.value: level for level in Level}
-_BUFFER_SIZE = 64 * 1024  # in bytes
+_BUFFER_SIZE = 64 * 1024  # in bytes; chosen freely
 _FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 _DAY_US = 24 * 3600 * MICROSECONDS
-_MAX_DELAY_US = 3600 * MICROSECONDS  # of an entry behind a later entry
+_MAX_DELAY_US = 3600 * MICROSECONDS  # of an entry behind a later entry; chosen freely
 
 
 class FawkesLog(Run):
@@ -76,7 +77,7 @@ class FawkesLog(Run):
                 yield transition
 
     def _join_entries(self) -> Iterator[tuple[int, tuple[str, ...]]]:
-        """Yield the line number and fields of each entry.
+        """Yield the line number of each entry, and its fields: level, time of day, fraction, component, text.
 
         Fawkes ends an entry when CLIPS prints a line feed alone, even within a string of a fact. The rest of
         the fact is then the next entry, which is joined to the entry of the fact.
@@ -94,7 +95,7 @@ class FawkesLog(Run):
                 if (
                     component == fact_component
                     and not text.startswith(_CLIPS_STARTS)
-                    and len(fact) < MAX_LINE_BYTES
+                    and len(fact) < MAX_LINE_BYTES  # a fact without an end must not fill the memory
                 ):
                     text = f"{fact}\n{text}"
                     fields, line = (*stamp, component, text), fact_line
@@ -112,10 +113,12 @@ class FawkesLog(Run):
         """Yield the number of the first line, and the text of each entry.
 
         A line without a time continues the previous entry.
+
+        :raises TraceError: if the file cannot be read, or an entry is longer than `MAX_LINE_BYTES`.
         """
-        first_number, lines, size, is_whole = 0, list[str](), 0, True
+        first_number, lines, size, is_last_complete = 0, list[str](), 0, True
         for number, text, is_complete in read_lines(self.path):
-            is_whole = is_complete
+            is_last_complete = is_complete
             if _TIME_STAMP.match(text):
                 if lines:
                     yield first_number, "\n".join(lines)
@@ -133,7 +136,7 @@ class FawkesLog(Run):
                     )
                 lines.append(text)
         if lines:
-            if not is_whole:
+            if not is_last_complete:
                 self.note(f"line {first_number}: the file ends within this entry")
             yield first_number, "\n".join(lines)
 
@@ -200,7 +203,7 @@ class FawkesLogWriter(StreamWriter):
     :param path: replaced if it exists, unless another process writes the file.
     :param uses_utc: whether times of day are in UTC instead of the machine's time zone, which Fawkes uses:
         the log of a run on the virtual clock is then the same on every machine.
-    :raises TraceError: if the file cannot be created.
+    :raises TraceError: if the file cannot be created, or another process writes the file.
     """
 
     def __init__(self, path: str | Path, *, uses_utc: bool = False) -> None:
@@ -208,7 +211,7 @@ class FawkesLogWriter(StreamWriter):
         with writing(path):
             super().__init__(path, open_exclusively(path, _BUFFER_SIZE))
         self._to_time_of_day = time.gmtime if uses_utc else time.localtime
-        self._last_second = -1
+        self._last_second: int | None = None
         self._last_flush_s = time.monotonic()
         self._last_time_of_day = ""  # of `_last_second`
 

@@ -75,7 +75,7 @@ def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
     :raises TraceError: if another process writes the file, which is then unchanged.
     :raises OSError: if the file cannot be opened.
     """
-    if path.exists() and not path.is_file():
+    if path.exists() and not path.is_file():  # a device or pipe cannot be truncated
         return path.open("wb", buffering)
     # truncate only under the lock: another process may be writing the file
     file = open(path, "wb", buffering, opener=_open_without_truncating)  # noqa: SIM115 - an opener
@@ -89,7 +89,9 @@ def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
 def _try_to_lock(file: BinaryIO, *, is_shared: bool = False) -> bool:
     """Lock a file until it is closed; return False if another process has locked the file.
 
-    Without locks (Windows, some network file systems), nothing is locked.
+    Without locks (Windows, some network file systems), nothing is locked, and the result is True.
+
+    :param is_shared: whether other processes may hold a shared lock at the same time.
     """
     if sys.platform == "win32":
         return True
@@ -143,6 +145,7 @@ def rename_previous(path: Path) -> Path | None:
 def _is_locked(path: Path) -> bool:
     try:
         with path.open("rb") as file:
+            # several processes may examine a file at once; only a writer's lock is exclusive
             return not _try_to_lock(file, is_shared=True)
     except OSError:  # a file that cannot be opened: writing it will raise the error
         return False

@@ -17,7 +17,7 @@ from typing import IO, Final
 from cxbridge.trace.formats.mcap import records as mcap
 
 CHUNK_SIZE: Final = 256 * 1024
-"""The size in bytes at which a chunk is completed."""
+"""The size in bytes at which a chunk is completed; a flush completes smaller chunks. Chosen freely."""
 
 # Kinds of records (https://mcap.dev/spec) that only the writer needs.
 _MESSAGE_INDEX: Final = 0x07
@@ -30,7 +30,6 @@ _DATA_END: Final = 0x0F
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS_SIZE: Final = _MESSAGE.size - mcap.HEAD.size
 _MAX_TIME_NS: Final = (1 << 64) - 1  # mcap times are unsigned 64-bit integers
-
 
 _LENGTH: Final = struct.Struct("<I")
 
@@ -130,6 +129,7 @@ class McapFileWriter:
                 time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - the nearest permitted time
             index = indexes[channel]
             index += (time_ns, len(chunk))
+            # mcap: the sequence number 0 stands for none
             chunk += pack(mcap.MESSAGE, _MESSAGE_FIELDS_SIZE + len(data), channel, 0, time_ns, time_ns)
             chunk += data
             if len(chunk) >= CHUNK_SIZE:
@@ -172,8 +172,8 @@ class McapFileWriter:
         indexes = {channel: index for channel, index in self._message_index.items() if index}
         # in an index, times have the even positions
         times = [time for index in indexes.values() for time in (min(index[::2]), max(index[::2]))]
-        start, end = (min(times), max(times)) if times else (0, 0)
-        head = struct.pack("<QQQI", start, end, len(chunk), zlib.crc32(chunk))
+        start_ns, end_ns = (min(times), max(times)) if times else (0, 0)
+        head = struct.pack("<QQQI", start_ns, end_ns, len(chunk), zlib.crc32(chunk))
         head += _pack_text("") + struct.pack("<Q", len(chunk))  # mcap: an empty text for no compression
         size = len(head) + len(chunk)
         self._chunk = bytearray()
@@ -182,8 +182,8 @@ class McapFileWriter:
             self._message_counts[channel] += len(index) // 2
         if times:
             self._first_time_ns, self._last_time_ns = (
-                min(self._first_time_ns, start),
-                max(self._last_time_ns, end),
+                min(self._first_time_ns, start_ns),
+                max(self._last_time_ns, end_ns),
             )
         chunk_offset = self._append(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
         index_offset = self._offset
@@ -198,7 +198,7 @@ class McapFileWriter:
         self._chunk_index.append(
             pack_record(
                 _CHUNK_INDEX,
-                struct.pack("<QQQQ", start, end, chunk_offset, mcap.HEAD.size + size),
+                struct.pack("<QQQQ", start_ns, end_ns, chunk_offset, mcap.HEAD.size + size),
                 _pack_block(b"".join(index_positions)),
                 struct.pack("<Q", self._offset - index_offset),
                 _pack_text(""),

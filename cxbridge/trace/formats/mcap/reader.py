@@ -39,7 +39,11 @@ class McapRun(Run):
         return self.select(*EVENT_TYPES.values())
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
-        """Yield the events of some types in the order of the file, and decode only these."""
+        """Yield the events of some types in the order of the file, without decoding other events.
+
+        :raises TraceError: if the file cannot be read, is not a recording of cxbridge, has an invalid event,
+            or is damaged before its first event.
+        """
         channels = _ChannelDecoders(types)
         unpack, head_size = _MESSAGE_START.unpack_from, _MESSAGE_START.size
         has_messages = False
@@ -152,6 +156,11 @@ class McapRun(Run):
                     yield record
 
     def _check_header(self, file: IO[bytes], record: Record) -> None:
+        """Check that the first record of the file is the header of a run.
+
+        :raises DamageError: if the record is not a header.
+        :raises TraceError: if the file has another profile than the recordings of cxbridge.
+        """
         if record.kind != mcap.HEADER:
             raise DamageError("the file does not begin with a header")
         if record.is_complete and FieldReader(mcap.read_content(file, record)).read_text() != PROFILE:
@@ -188,9 +197,10 @@ class _ChannelDecoders:
         self._decoders_by_schema: dict[int, Callable[[bytes], Event]] = {}
 
     def add_definition(self, kind: int, data: bytes) -> None:
-        """Process the record of a schema or a channel.
+        """Add the decoder of a schema or a channel if it belongs to a requested type.
 
         :param kind: ``SCHEMA`` or ``CHANNEL``.
+        :param data: the content of the record.
         """
         fields = FieldReader(data)
         definition_id = fields.read_uint16()
