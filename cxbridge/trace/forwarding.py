@@ -33,7 +33,7 @@ InterfaceKey = tuple[str, str]
 """The type and id of an interface."""
 
 _RECHECK_DELAY_S: Final = 5.0  # after a reconnection, interfaces reappear one by one
-_MAX_STAMP_US: Final = 1 << 53  # in the year 2255; larger values are not times and exceed the range of mcap
+_MAX_STAMP_US: Final = 1 << 53  # in the year 2255; larger values are not times, and may exceed mcap's range
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,8 @@ class ConnectionGap:
 class _FollowedInterface:
     """An interface that the forwarder has open.
 
-    :param published_block: the block read when the listener was registered, which the listener may get again.
+    :param published_block: the block read when the listener was registered, which the listener may get again;
+        None before that reading, and after the first other block.
     """
 
     instance: Interface
@@ -67,8 +68,8 @@ class WriteForwarder(Listener, Observer):
 
     :param board: not closed by the forwarder.
     :param patterns: the patterns of the forwarded interfaces.
-    :param bus: gets each write as BlockWrite, and as InterfaceWrite and SkillStatus if it has listeners for
-        them.
+    :param bus: gets each write as BlockWrite, and as InterfaceWrite and SkillStatus, as far as the bus has
+        subscribers for these events.
     """
 
     def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], bus: EventBus) -> None:
@@ -87,13 +88,13 @@ class WriteForwarder(Listener, Observer):
         self._followed: dict[InterfaceKey, _FollowedInterface] = {}
         self._uids_from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
-        self._reported_keys: set[InterfaceKey] = set()
+        self._refused_keys: set[InterfaceKey] = set()  # whose opening failed, which is logged once
         # the start of the present loss by the blackboard's clock, and by the monotonic clock
         self._lost_since: tuple[int, float] | None = None
         self._recheck_due_s: float | None = None
 
     def start(self) -> int:
-        """Start listening; return the number of interfaces.
+        """Start listening; return the number of opened interfaces.
 
         :raises BlackBoardError: if the blackboard cannot be queried.
         """
@@ -131,7 +132,7 @@ class WriteForwarder(Listener, Observer):
         if self._board.connected:
             with suppress(BlackBoardError):  # the connection may be lost just now
                 self._board.flush()
-        elif self._lost_since is not None:
+        elif self._lost_since is not None:  # the present loss is a gap, too
             self._handle_connection_change(True)
         if self._board.bus is not None:
             self._board.bus.unsubscribe(self._on_block_write)
@@ -194,18 +195,20 @@ class WriteForwarder(Listener, Observer):
                 listen=listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED),
             )
         except CxbridgeError as error:
-            if self._board.connected and key not in self._reported_keys:
-                self._reported_keys.add(key)
+            if self._board.connected and key not in self._refused_keys:
+                self._refused_keys.add(key)
                 self._log.warn(f"{interface_type}::{interface_id} cannot be recorded: {error}")
             return
         followed_interface = self._followed[key] = _FollowedInterface(instance)
         with self._lock:
             instance.read()
+            # the blackboard's bus may have reported the write before this interface was opened
             if is_later and instance.uid not in self._uids_from_bus:
                 self._publish(instance.SCHEMA, instance.uid, instance.to_bytes())
         if not self._board.reports_writes:
             self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
             with self._lock:
+                # a write between the first reading and the registration has reached no listener
                 if instance.read():
                     followed_interface.published_block = instance.to_bytes()
                     self._publish(instance.SCHEMA, instance.uid, followed_interface.published_block)
@@ -269,6 +272,7 @@ class WriteForwarder(Listener, Observer):
             self._poll_tasks.put(self._reopen_after_loss)
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
+        """Count a write and emit its events."""
         # an interface that was never written has only zeros
         if not self.is_enabled or not any(block):
             return

@@ -49,7 +49,10 @@ def event_filter(kinds: Sequence[str], pattern: str) -> EventFilter:
 
 
 def text_lines(run: Run, is_shown: EventFilter) -> Iterator[str]:
-    """Yield a line per event: seconds since the start of the run, kind and description."""
+    """Yield a line per event: seconds since the start of the run, kind and description.
+
+    If the start is unknown, the first event counts as the start.
+    """
     start_us = run.start_us
     for event in run:
         start_us = event.time_us if start_us is None else start_us
@@ -66,14 +69,17 @@ def json_lines(run: Run, is_shown: EventFilter) -> Iterator[str]:
 
 
 def event_line(event: Event) -> str:
-    """Return an event as a line of text; a log line is complete and may have line feeds."""
+    """Return an event as text for people; the whole entry for a log line.
+
+    The text is one line, unless a log entry, a fact or a reason has line feeds.
+    """
     if isinstance(event, LogLine):
         return f"{event.level.value} {event.component}: {event.text}"
     return describe_event(event)
 
 
 def describe_event(event: Event) -> str:
-    """Return an event as one line of text."""
+    """Return the description of an event as text; one line, unless a fact or a reason has line feeds."""
     # as in the format of transitions texts, so that both can be compared by eye
     if isinstance(event, TRANSITION_TYPES):
         return format_transition(event)
@@ -89,7 +95,7 @@ def describe_event(event: Event) -> str:
 
 
 def describe_details(event: Event) -> str:
-    """Return the recorded details of a goal or plan-action, such as parameters."""
+    """Return the recorded details of a goal or plan-action, such as parameters; empty without details."""
     values = ((name, getattr(event, name)) for name in event.KIND.detail_fields)
     return escape_record(" ".join(f"{name}={value}" for name, value in values if value))
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
 
 from cxbridge.event_kinds import RecordLevel
@@ -41,7 +40,7 @@ class MemoryRun(Run):
                 attachment.media_type,
                 len(attachment.data),
                 attachment.time_us,
-                partial(attrgetter("data"), attachment),
+                partial(getattr, attachment, "data"),
             )
 
     def source_records(self) -> Iterator[Mapping[str, str]]:

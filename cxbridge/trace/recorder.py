@@ -15,7 +15,7 @@ from cxbridge.trace.formats.base import Attachment, RunWriter
 
 _log = logging.getLogger(__name__)
 
-_FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses no more than this
+_FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 
 
 class Recorder(Closing):
@@ -80,20 +80,20 @@ class _Output:
         self.writer = writer
         self._recorder = recorder
         self._has_failed = False
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # an event that the writer itself causes must not block its thread
 
     def write_event(self, event: Event) -> None:
         """Write an event, unless the writer has failed."""
         self.call_writer("write", event)
 
-    def call_writer(self, method: str, *args: object) -> None:
-        """Call a method of the writer, unless the writer has failed."""
+    def call_writer(self, method_name: str, *args: object) -> None:
+        """Call a method of the writer, unless the writer has failed; a failed writer can only be closed."""
         with self._lock:
             # a failed writer still has an open file
-            if self._has_failed and method != "close":
+            if self._has_failed and method_name != "close":
                 return
             try:
-                getattr(self.writer, method)(*args)
+                getattr(self.writer, method_name)(*args)
             except TraceError as error:
                 # a failed writer may fail once more while it is closed: only the first error is reported
                 if not self._has_failed:

@@ -17,6 +17,7 @@ from cxbridge.numbers import parse_decimal
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 
+# The keys of records with attributes of their own in `RunSource`.
 _COMMON_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 
@@ -27,7 +28,7 @@ class RunSource:
     :param role: ``clips``, ``config``, ``feature`` ...; docs/formats.md lists them.
     :param owner: the name of the CLIPS environment; empty if the source belongs to no environment.
     :param name: the requested path, or a name for a source without a file.
-    :param time_us: the time of reading in microseconds since the epoch.
+    :param time_us: the time of reading in microseconds since the epoch, 0 if unknown.
     :param details: the further keys of the record, which depend on the role.
     :param file: the content; None if the source has no content, or the recording ends before the content.
     """
@@ -99,7 +100,7 @@ def extract_files(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
                 with path.open("xb") as target:
                     written_paths.append(path)
                     target.write(data)
-    except BaseException:
+    except BaseException:  # also after Ctrl-C, no part of the files remains
         for path in written_paths:
             path.unlink(missing_ok=True)
         raise

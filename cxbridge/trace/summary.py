@@ -36,7 +36,7 @@ class Summary:
         return asdict(self)
 
     def to_lines(self) -> Iterator[str]:
-        """Yield the summary as lines of text."""
+        """Yield the summary as lines of text, without the path and the notes."""
         yield from self.description
         yield f"{'format':12s} {self.format}"
         yield f"{'duration':12s} {self.seconds:.6f} s"

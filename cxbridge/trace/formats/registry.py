@@ -36,23 +36,23 @@ FORMAT_MODULES: Final[Table[ModuleType]] = Table(
 
 def readable_formats() -> tuple[Format, ...]:
     """Return the readable formats, the most reliably recognised first."""
-    return _load_entries(FORMAT_MODULES.rows, "FORMATS")
+    return _load_formats(FORMAT_MODULES.rows, "FORMATS")
 
 
 def copy_formats() -> dict[str, CopyFormat]:
     """Return the formats to which runs can be copied, by name."""
-    return {entry.name: entry for entry in _load_entries(FORMAT_MODULES.rows, "COPIES")}
+    return {copy_format.name: copy_format for copy_format in _load_formats(FORMAT_MODULES.rows, "COPIES")}
 
 
 @lru_cache(maxsize=8)  # the rows change only with the installed plug-ins
-def _load_entries(rows: tuple[Row, ...], constant: str) -> tuple[Any, ...]:
+def _load_formats(rows: tuple[Row, ...], constant_name: str) -> tuple[Any, ...]:
     """Return the formats in a constant of all modules, ``FORMATS`` or ``COPIES``, sorted by rank."""
-    entries = [
-        entry
+    formats = [
+        module_format
         for module in [FORMAT_MODULES.load_target(row) for row in rows]
-        for entry in getattr(module, constant, ())
+        for module_format in getattr(module, constant_name, ())
     ]
-    return tuple(sorted(entries, key=lambda entry: entry.rank))
+    return tuple(sorted(formats, key=lambda module_format: module_format.rank))
 
 
 def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run:
@@ -60,7 +60,7 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
 
     :param path: a file, or a folder of the files of a format.
     :param registry: the interface types; None: the shipped types.
-    :raises TraceError: if ``path`` does not exist or is not a recorded run.
+    :raises TraceError: if ``path`` does not exist, cannot be read, or is not a recorded run.
     """
     path = Path(path)
     with reading(path):
@@ -81,7 +81,11 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
 
 
 def _package_hint(path: Path, head: bytes) -> str:
-    """Return a hint to the absent package that reads files with these first bytes, or such a folder."""
+    """Return a hint to the absent package that reads the file or folder; empty if no package is known.
+
+    :param head: the first bytes of the file. A folder is known by the first bytes of its first log, as in the
+        folders of bblogger.
+    """
     if path.is_dir() and (logs := sorted(path.glob("*.log"))):
         head = _read_head(logs[0])
     return package_hint(f"a file that begins with {head[:_SIGNATURE_SIZE].hex()}")

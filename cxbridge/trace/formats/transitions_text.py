@@ -39,13 +39,13 @@ _SKILL_LINE = re.compile(
     r'SkillerInterface(?:::((?:(?! skill=").)*+))? skill="(.*)" msgid=(\d{1,18}) status=(\S+)', re.DOTALL
 )
 _ENVIRONMENT_PREFIX = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
+# 12 digits of seconds, with 6 of microseconds, fit into 64 bits.
 _TIME_LINE = re.compile(r"at (\d{1,12}\.\d{6})")
 _DETAIL_LINE = re.compile(r"  ([a-z][\w-]*)=(.*)", re.DOTALL)
 _FIRST_LINES = re.compile(
     rb"^(at \d+\.\d{6}\n)?(\[[^]\n]*\] )?"
     rb"(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface(::[^\n]*)? skill=\")"
 )
-
 
 DEFAULT_DETAILS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources": "()"}
 """The values of details before the first line that shows them."""
@@ -73,7 +73,10 @@ def _format_line(event: Transition) -> str:
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
-    """Return the transition in a line of text; None for other lines."""
+    """Return the transition in a line of text; None for other lines.
+
+    :param time_us: the time of the transition, which its line does not have.
+    """
     env, line = DEFAULT_ENV, unescape_record(line)
     if match := _ENVIRONMENT_PREFIX.fullmatch(line):
         env, line = match.groups()
@@ -98,7 +101,9 @@ class TransitionsText(Run):
     def __iter__(self) -> Iterator[Event]:
         """Yield a transition per line, with details if there are any.
 
-        :raises TraceError: for an invalid line; a truncated last line is left out.
+        A truncated last line that is no transition is left out.
+
+        :raises TraceError: if the file cannot be read, or has an invalid line.
         """
         details = _LastDetails()
         pending_transition: Transition | None = None
@@ -159,7 +164,7 @@ class _LastDetails:
         return replace(event, **fields) if details else event
 
     def changed_lines(self, event: Event) -> Iterator[str]:
-        """Yield a line for each changed detail of an event."""
+        """Yield a line for each changed detail of an event, and store the details; none without details."""
         details = {name: getattr(event, name) or DEFAULT_DETAILS[name] for name in event.KIND.detail_fields}
         if not any(getattr(event, name) for name in event.KIND.detail_fields):
             return

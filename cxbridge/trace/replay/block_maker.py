@@ -47,10 +47,11 @@ class BlockMaker:
             )
 
     def make_block(self, values: Mapping[str, Any], time_us: int, uid: str) -> bytes:
-        """Return the block with the values.
+        """Return the block with the values; a field without a value keeps the value of the last block.
 
         :param time_us: the time stamp of the block in microseconds since the epoch.
-        :raises TraceError: if a value does not fit.
+        :param uid: the written interface, ``Type::id``, for errors.
+        :raises TraceError: if a value does not fit, or a field is unknown.
         """
         try:
             for name, value in values.items():

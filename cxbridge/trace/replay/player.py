@@ -35,7 +35,7 @@ class ReplayPlayer:
         """The number of writes by ``Type::id``."""
         self._board = board
         # both by ``Type::id``
-        self._writers: dict[str, tuple[Interface, BlockMaker]] = {}
+        self._writers_and_makers: dict[str, tuple[Interface, BlockMaker]] = {}
         self._last_data: dict[str, bytes] = {}  # the last written block without its time stamp
 
     def open(self, survey: ReplaySurvey) -> None:
@@ -67,13 +67,14 @@ class ReplayPlayer:
             ) from error
         writer.read()
         self._last_data[uid] = writer.to_bytes()[STAMP.size :]
-        self._writers[uid] = writer, maker
+        self._writers_and_makers[uid] = writer, maker
 
     def play(self, writes: Iterable[ReplayedWrite], pace: Pace) -> bool:
-        """Replay all events; return whether the end was reached.
+        """Replay the writes; return whether the end was reached.
 
         :raises BlackBoardError: if the blackboard was shut down.
-        :raises TraceError: if a recorded value does not fit.
+        :raises TraceError: if a recorded value does not fit, or a written interface was not opened by
+            :meth:`open`.
         """
         has_begun = False
         for write in writes:
@@ -87,13 +88,13 @@ class ReplayPlayer:
 
     def close(self) -> None:
         """Close the opened interfaces."""
-        for writer, _ in self._writers.values():
+        for writer, _ in self._writers_and_makers.values():
             with suppress(BlackBoardError):  # the blackboard may be gone already
                 writer.close()
-        self._writers.clear()
+        self._writers_and_makers.clear()
 
     def _write(self, event: InterfaceWrite) -> None:
-        writer_and_maker = self._writers.get(event.uid)
+        writer_and_maker = self._writers_and_makers.get(event.uid)
         if writer_and_maker is None:
             raise TraceError(
                 f"a write of {event.uid} appeared in the recording after the replay began",

@@ -52,7 +52,7 @@ class ReplaySurvey:
 
     :ivar write_counts: the number of writes by ``Type::id``.
     :ivar first_writes: the first write by ``Type::id``.
-    :ivar unselected_write_count: the number of writes of unselected interfaces.
+    :ivar unselected_write_count: the number of writes of the run if none is selected, otherwise 0.
     """
 
     write_counts: dict[str, int] = field(default_factory=dict)
@@ -75,7 +75,9 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
 
 
 def replayed_writes(run: Run, selection: ReplaySelection) -> Iterator[ReplayedWrite]:
-    """Yield the writes in the order of the file, preceded by the values of the interfaces at the start.
+    """Yield the writes in the order of the file.
+
+    The last write of each interface before the start comes first.
 
     :raises TraceError: if the run cannot be read.
     """

@@ -29,7 +29,7 @@ METADATA_NAME: Final = "cxbridge"
 SOURCE_NAME: Final = "cxbridge.source"
 """The name of metadata records of a run's sources."""
 
-# Larger sizes count as damage.
+# Larger sizes count as damage; chunks of cxbridge have about 256 KiB.
 MAX_RECORD_SIZE: Final = 256 * 1024 * 1024
 """The maximum number of bytes of a record, and of an unpacked chunk."""
 
@@ -59,7 +59,7 @@ class DamageError(ValueError):
 class Record(Struct, frozen=True):
     """The position of a record in the file.
 
-    :param kind: one of the constants above.
+    :param kind: one of the constants above, or the number of another kind.
     :param start: the offset of its content.
     :param size: the number of bytes of its content.
     :param is_complete: whether the file contains all of the content.
@@ -76,7 +76,7 @@ def walk_records(file: IO[bytes]) -> Iterator[Record]:
 
     A truncated record is the last. Callers may change the position of the file between two records.
 
-    :raises DamageError: if the file ends without a footer.
+    :raises DamageError: if the file ends without a footer, or a record has the kind 0.
     """
     offset = len(MAGIC)
     while True:
@@ -180,7 +180,7 @@ class StoredAttachment(Struct, frozen=True):
 def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     """Return the description of an attachment.
 
-    :raises DamageError: if a field is invalid.
+    :raises DamageError: if a field is invalid, or the sizes of attachment and record differ.
     """
     file.seek(record.start)
     fields = FieldReader(file.read(min(record.size, _MAX_NAMES_SIZE)))
@@ -195,11 +195,11 @@ def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
 def read_attachment_data(file: IO[bytes], attachment: StoredAttachment, record: Record) -> bytes:
     """Return the bytes of an attachment.
 
-    :raises DamageError: if the checksum is wrong.
+    :raises DamageError: if the record is too large or truncated, or the checksum is wrong.
     """
     data = read_content(file, record)
     (crc,) = _CRC.unpack_from(data, record.size - _CRC.size)
-    if crc not in (0, zlib.crc32(data[: -_CRC.size])):
+    if crc not in (0, zlib.crc32(data[: -_CRC.size])):  # mcap: 0 stands for no checksum
         raise DamageError("an attachment has a wrong checksum")
     return data[attachment.start - record.start : -_CRC.size]
 
@@ -209,6 +209,7 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
 
     :param is_complete: whether the data are complete; of an incomplete chunk, the existing part is returned.
     :raises DamageError: if the chunk is damaged or too large, or has an unknown compression.
+    :raises TraceError: if the chunk is compressed, and the packages for its compression are absent.
     """
     fields = FieldReader(data)
     fields.read_uint64(), fields.read_uint64()  # the times of the first and last message
@@ -225,7 +226,7 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
         # without its end, a compressed chunk cannot be unpacked
         return b"" if compression else packed_records
     records = _decompress(compression, packed_records, size)
-    if len(records) != size or (crc and crc != zlib.crc32(records)):
+    if len(records) != size or (crc and crc != zlib.crc32(records)):  # mcap: 0 stands for no checksum
         raise DamageError("a chunk has a wrong checksum")
     return records
 

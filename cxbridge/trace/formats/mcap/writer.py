@@ -24,7 +24,7 @@ from cxbridge.trace.formats.mcap.file import McapFileWriter
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
 from cxbridge.trace.source_records import SourceRecordMaker, read_interface_source
 
-_FLUSH_INTERVAL_S = 0.5  # in real time
+_FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 _MAX_PENDING_EVENTS = 512  # writing many events in a row costs a third of writing single events
 
 
@@ -36,9 +36,9 @@ class McapWriter(RunWriter):
 
     :param path: replaced if it exists, unless another process writes the file.
     :param definition: returns the definition of an interface type, which is attached before the first event
-        of the type; gets the type and the time in microseconds.
-    :param files: whether to attach the run's sources.
-    :raises TraceError: if the file cannot be created.
+        of the type, or None for no attachment; gets the type and the time in microseconds.
+    :param files: whether to attach the run's sources, including the definitions.
+    :raises TraceError: if the file cannot be created, or another process writes the file.
     """
 
     def __init__(
