@@ -1,6 +1,6 @@
 """The bounds of an exploration, and the options of its execution.
 
-Both classes are groups of command line options: the fields are the options of ``cxbridge explore``.
+Both classes are groups of command line options: the annotated fields are options of ``cxbridge explore``.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ class Bounds:
 class ExecutionOptions:
     """Options of the execution, of which only the time limit can influence the result.
 
+    :param cpu_limit_s: its default is chosen freely, far above the time of a usual loop.
     :param coverage: whether to record the used parts of the agent.
     """
 
@@ -85,7 +86,7 @@ class ExecutionOptions:
 
     def check(self) -> None:
         """Raise `CxbridgeError` if an option is invalid on this system."""
-        if not self.cpu_limit_s > 0:
+        if not self.cpu_limit_s > 0:  # also refuses NaN
             raise CxbridgeError(
                 f"--patience cannot be {self.cpu_limit_s:g}", hint="use a number of seconds greater than 0"
             )

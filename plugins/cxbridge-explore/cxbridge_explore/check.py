@@ -37,9 +37,11 @@ def check(agent: Agent) -> Iterator[Finding]:
     folder = agent.context.paths.config_file.parent
     if (world_file := find_world(folder)) is not None:
         # the world may name any agent of the scenario, not only the checked agent; a single agent has no name
-        names = [name for name in find_agent_names(replace(agent.options, agent=None)) if name]
+        agent_names = [name for name in find_agent_names(replace(agent.options, agent=None)) if name]
         try:
-            check_world_of_agents(read_world(world_file), [agent.context], names, reads_source_code=True)
+            check_world_of_agents(
+                read_world(world_file), [agent.context], agent_names, reads_source_code=True
+            )
         except CxbridgeError as error:
             yield make_error_finding(error, WORLD_CODE)
     if (properties_file := folder / PROPERTIES_FILE).is_file():

@@ -49,7 +49,10 @@ def make_identity(
     world: WorldModel | None,
     make_assembly: MakeAssembly,
 ) -> ProgramIdentity:
-    """Return the identity of the explored program: everything that influences the runs and their verdicts."""
+    """Return the identity of the explored program: what influences the runs and their verdicts.
+
+    Of the files outside of the scenario's folder, the identity has only the paths in the options.
+    """
     identity = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
     identity |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
     # A game of a plug-in has its seed in the bound method or in the arguments.

@@ -3,7 +3,8 @@
 The loader is a process that loads the scenario once. The coordinator orders the loader to fork a copy for a
 path, and orders a run that waits at a choice point to fork a copy for each option. The exploration is
 depth-first: the run that reached its choice point last continues first, so that few runs wait. If a process
-dies, its edge stays open, and another process replays the path to the edge.
+dies, its edge stays open, and another process replays the path to the edge. An edge on which processes die
+again and again counts as crashed.
 """
 
 from __future__ import annotations
@@ -38,20 +39,22 @@ from cxbridge_explore.wire import (
 )
 from cxbridge_explore.worlds.points import DivergedError
 
+# These numbers are chosen freely.
 _POLL_S: Final = 0.25  # seconds between two checks of the processes
 _MAX_DEATHS: Final = 3  # number of deaths of processes after which an edge counts as crashed
-_MAX_WAITING_CONNECTIONS: Final = 128
+_MAX_WAITING_CONNECTIONS: Final = 128  # not accepted yet; the process of a further connection waits
 
 
 class _Peer:
     """A process of the exploration.
 
-    :ivar edge: the open edge of its run; None while the run waits.
+    :ivar pid: the id of the process; 0 until the process has reported its id.
+    :ivar edge: the open edge of its run; None while the run waits, and for the loader.
     :ivar option_edges: the unexplored edges of the choice point at which its run waits, the usual edge first.
     :ivar ordered_edges: the edges of ordered copies that have not reported yet.
     :ivar reported_cpu_s: the processor time that the process has reported.
-    :ivar leave_s: the real time when the run left its last choice point.
-    :ivar leave_cpu_s: the processor time of the process at that moment.
+    :ivar departure_s: the real time when the run left its last choice point.
+    :ivar departure_cpu_s: the processor time of the process at that moment.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -61,8 +64,8 @@ class _Peer:
         self.option_edges: list[Edge] = []
         self.ordered_edges: list[Edge] = []
         self.reported_cpu_s = 0.0
-        self.leave_s = time.monotonic()
-        self.leave_cpu_s = 0.0
+        self.departure_s = time.monotonic()
+        self.departure_cpu_s = 0.0
 
     def put_on_edge(self, edge: Edge) -> None:
         """Put the run of the process on an edge."""
@@ -70,7 +73,10 @@ class _Peer:
         self.restart_measurement()
 
     def take_off_edge(self) -> Edge:
-        """Take the run of the process off its edge, and return the edge."""
+        """Take the run of the process off its edge, and return the edge.
+
+        :raises ValueError: if the run is on no edge.
+        """
         edge, self.edge = self.edge, None
         if edge is None:
             raise ValueError("a process without an edge has sent a report about its run")
@@ -78,7 +84,7 @@ class _Peer:
 
     def restart_measurement(self) -> None:
         """Restart the measurement of the time since the run's last choice point."""
-        self.leave_s, self.leave_cpu_s = time.monotonic(), forking.read_cpu_seconds(self.pid)
+        self.departure_s, self.departure_cpu_s = time.monotonic(), forking.read_cpu_seconds(self.pid)
 
     def send(self, order: Order) -> None:
         """Send an order. A failure is ignored, since the end of the connection reveals a dead process."""
@@ -106,9 +112,9 @@ class Coordinator(Closing):
         self._listening_socket.bind(self._address)
         self._listening_socket.listen(_MAX_WAITING_CONNECTIONS)
         self._peers: dict[Connection, _Peer] = {}
-        self._waiting_runs: list[_Peer] = []  # at choice points with unexplored options
+        self._waiting_peers: list[_Peer] = []  # whose runs are at choice points with unexplored options
         self._pending_edges: list[Edge] = list(graph.open_edges)[::-1]  # without a process; the last is next
-        self._deaths_by_edge: dict[Edge, int] = {}
+        self._death_counts: dict[Edge, int] = {}
         self._loader: _Peer | None = None
         self._loader_pid = 0
         self._is_loaded = False
@@ -117,7 +123,11 @@ class Coordinator(Closing):
     # ---- main loop
 
     def explore(self, is_over: Callable[[], bool]) -> None:
-        """Explore until no edge is open or ``is_over`` returns True."""
+        """Explore until no edge is open or ``is_over`` returns True.
+
+        :raises CxbridgeError: if the scenario is invalid, or its process does not load it.
+        :raises DivergedError: if a run differs from an earlier run on the same path.
+        """
         self._start_loader()
         while self.graph.open_edges and not is_over():
             self._schedule()
@@ -146,12 +156,12 @@ class Coordinator(Closing):
     # ---- active runs
 
     def _schedule(self) -> None:
-        """Resume as many runs as the limit allows."""
+        """Continue or start as many runs as the limit allows."""
         # the runs that are playing, and the ordered copies
         active_count = sum((peer.edge is not None) + len(peer.ordered_edges) for peer in self._peers.values())
         for _ in range(self._execution.process_count - active_count):
-            if self._waiting_runs:  # the latest first, so that few runs wait
-                self._continue_run(self._waiting_runs[-1])
+            if self._waiting_peers:  # the latest first, so that few runs wait
+                self._continue_run(self._waiting_peers[-1])
             elif self._pending_edges and self._is_loaded and self._loader is not None:
                 self._start_run(self._loader, self._pending_edges.pop())
             else:
@@ -163,7 +173,7 @@ class Coordinator(Closing):
         if peer.option_edges:
             self._order_copy(peer, edge, ForkOrder(edge))
             return
-        self._waiting_runs.remove(peer)
+        self._waiting_peers.remove(peer)
         peer.put_on_edge(edge)
         _, option = edge
         peer.send(ContinueOrder(option))
@@ -233,7 +243,8 @@ class Coordinator(Closing):
             peer.send(ExitOrder())
             return
         peer.option_edges = [(number, option) for option in self.graph.allowed_options(number)]
-        self._waiting_runs.append(peer)
+        self._waiting_peers.append(peer)
+        # a run with one option continues at once: it was active until now, so the limit allows it
         if len(peer.option_edges) == 1:
             self._continue_run(peer)
 
@@ -248,8 +259,8 @@ class Coordinator(Closing):
     def _handle_death(self, peer: _Peer) -> None:
         """Reopen the edges of a process that has died."""
         self._disconnect(peer)
-        if peer in self._waiting_runs:
-            self._waiting_runs.remove(peer)
+        if peer in self._waiting_peers:
+            self._waiting_peers.remove(peer)
         if peer is self._loader:
             self._loader, self._is_loaded = None, False
         self._pending_edges += [*peer.option_edges, *peer.ordered_edges]
@@ -258,8 +269,8 @@ class Coordinator(Closing):
 
     def _retry(self, edge: Edge) -> None:
         """Explore an edge again after the death of its process, up to a number of deaths."""
-        self._deaths_by_edge[edge] = self._deaths_by_edge.get(edge, 0) + 1
-        if self._deaths_by_edge[edge] < _MAX_DEATHS:
+        self._death_counts[edge] = self._death_counts.get(edge, 0) + 1
+        if self._death_counts[edge] < _MAX_DEATHS:
             self._pending_edges.append(edge)
         else:
             reason = f"its process ended {_MAX_DEATHS} times without a report"
@@ -280,10 +291,14 @@ class Coordinator(Closing):
         cpu_limit_s = self._execution.cpu_limit_s
         for peer in list(self._peers.values()):
             is_loading = peer is self._loader and not self._is_loaded
-            if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.leave_s < cpu_limit_s:
+            if (
+                not (peer.edge or is_loading)
+                or not peer.pid
+                or time.monotonic() - peer.departure_s < cpu_limit_s
+            ):
                 continue
             # Real time alone proves nothing: on a busy machine, a run may have waited for a core.
-            if forking.read_cpu_seconds(peer.pid) - peer.leave_cpu_s < cpu_limit_s:
+            if forking.read_cpu_seconds(peer.pid) - peer.departure_cpu_s < cpu_limit_s:
                 continue
             forking.kill(peer.pid)
             if peer.edge is None:

@@ -28,7 +28,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """The shortest run that violates a property.
+    """The shortest run that violates a property: a run with the fewest unusual choices.
 
     :param message: the violation, in a sentence.
     :param choices: the unusual choices of the run.
@@ -65,8 +65,8 @@ def describe_run(choices: Sequence[Choice], violation: Violation) -> str:
 def shrink(choices: NthChoices, play: Callable[[NthChoices], PlayedRun]) -> PlayedRun | None:
     """Return a run that violates the watched property, with the fewest choices.
 
-    All subsets of the choices are tried, the smallest first. Of several runs with the fewest choices, the run
-    with the earliest violation is returned.
+    The subsets of the choices are tried, the smallest first, up to the size at which a run violates the
+    property. Of several such runs, the run with the fewest choices and the earliest violation is returned.
 
     :param choices: the unusual choices of a run that violates the property.
     :param play: plays a run with some of the choices.
@@ -97,6 +97,7 @@ def write_counterexample(
     :param properties: the properties, which include the violated property.
     :param property_name: the name of the violated property.
     :param path: a path that violates the property.
+    :param world: the possible events; None for the file in the scenario's folder.
     :param make_assembly: makes the program to run; only scenarios get a test.
     :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
@@ -117,10 +118,12 @@ def write_counterexample(
     make_parent_folder(recording)
     # played once more, since only one of the many tried runs is worth a recording
     play(NthChooser(find_unusual_choices(shortest_run.choices)), recording)
-    test = None
+    test_file = None
     if make_assembly is make_scenario:  # the fixture `cx` of a test runs only scenarios
-        test = _write_test(options, shortest_run, violated_property, description, folder / f"test_{stem}.py")
-    return Counterexample(violation.message, choices, recording, test, description)
+        test_file = _write_test(
+            options, shortest_run, violated_property, description, folder / f"test_{stem}.py"
+        )
+    return Counterexample(violation.message, choices, recording, test_file, description)
 
 
 def _write_test(

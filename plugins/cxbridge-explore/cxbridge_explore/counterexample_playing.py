@@ -53,6 +53,8 @@ class NthChooser:
 class PlayedRun:
     """The record of a played run.
 
+    :param choices: all choices, in order.
+    :param start_us: the run's clock at the start, in microseconds since the epoch.
     :param skill_results: the results of the skill calls, in order.
     :param agent_count: the number of agents.
     :param uses_skill_board: whether a skill board executes the skills.

@@ -29,10 +29,11 @@ _FIXTURE_OPTIONS: Final = (
     "skill_dirs",
     "config",
 )
+# The kinds of choices that decide about a skill, whose results the fixture can script.
 _SCRIPTABLE_KINDS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
 _DEFAULT_DURATION_S: Final = 1.0  # of a scripted skill without a duration
 
-_MAX_IDENTIFIER_LENGTH: Final = 60
+_MAX_IDENTIFIER_LENGTH: Final = 60  # chosen freely, for readable names of files
 _NON_WORD_CHARACTERS: Final = re.compile(r"\W+")
 
 
@@ -50,7 +51,7 @@ def make_test_text(
     usual_function = (
         ["def usual(call):", "    return None  # the usual result", "", ""] if needs_usual else []
     )
-    option_arguments = "".join(f", {key}={value!r}" for key, value in _find_option_arguments(options, folder))
+    option_arguments = "".join(f", {key}={value!r}" for key, value in _list_option_arguments(options, folder))
     lines = [
         '"""A counterexample that `cxbridge explore` has found: the agent violates a property."""',
         "",
@@ -78,6 +79,7 @@ def _make_script_lines(run: PlayedRun) -> Iterator[str]:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes_by_selection: dict[str, list[Outcome | None]] = {}
     for call, outcome in run.skill_results:
+        # the fixture selects calls by named arguments only
         arguments = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
         outcomes_by_selection.setdefault(
             f"run.skills({', '.join((repr(call.name), *arguments))})", []
@@ -105,7 +107,8 @@ def _make_outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board:
             yield f".{verb}({', '.join((*arguments, times))})"
 
 
-def _find_option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
+def _list_option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
+    """Yield the names and values of the options that the test passes to the fixture."""
     for key in _FIXTURE_OPTIONS:
         value = _to_literal(getattr(options, key), folder)
         if value:
@@ -115,7 +118,10 @@ def _find_option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[
 
 
 def _to_literal(value: object, folder: Path) -> object:
-    """Return the value of an option as a value whose repr is a literal. Paths become relative to a folder."""
+    """Return the value of an option as a value whose repr is a literal.
+
+    The paths of existing files and folders become relative to a folder.
+    """
     if isinstance(value, Path):
         if not value.exists():
             return str(value)  # the name of a shipped scenario
@@ -143,4 +149,4 @@ def make_identifier(name: str) -> str:
 def _escape_docstring(sentence: str) -> str:
     """Return a sentence escaped for a docstring."""
     text = " ".join(sentence.replace("\\", "\\\\").replace('"""', "'''").split())
-    return f"{text} " if text.endswith('"') else text
+    return f"{text} " if text.endswith('"') else text  # a quote at the end would end the docstring too early

@@ -41,6 +41,7 @@ class _EventRecorder:
         self.start_us = 0
 
     def choose(self, point: ChoicePoint) -> int:
+        # rounded to microseconds, as in the records of a graph
         self.records.append((round(point.seconds, 6), point.subject))
         return USUAL
 
@@ -92,7 +93,7 @@ def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -
 
 def _play_usual_run(sender: Connection, make_run: MakeRun, is_detailed: bool) -> None:
     """Play the usual run in a child process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches this process, too; the parent ends it
     random.seed()  # differently in each run, which reveals agents that draw without a seed
     recorder = _EventRecorder()
     try:
@@ -109,7 +110,10 @@ def _play_usual_run(sender: Connection, make_run: MakeRun, is_detailed: bool) ->
 
 
 def find_usual_records(graph: Graph) -> list[EventRecord] | None:
-    """Return the records of the usual run in an explored graph; None if the graph lacks that run."""
+    """Return the records of the usual run in an explored graph.
+
+    :returns: None if the graph lacks that run or its end.
+    """
     records: list[EventRecord] = []
     edge: Edge = ROOT_EDGE
     while edge in graph.links:
@@ -128,11 +132,12 @@ def find_usual_records(graph: Graph) -> list[EventRecord] | None:
 def explain_difference(make_run: MakeRun, divergence: DivergedError) -> CxbridgeError:
     """Play two more usual runs, and return an error that explains their difference.
 
-    :param divergence: the difference that has ended the exploration.
+    :param divergence: the difference that has ended the exploration, which the error names if the two runs
+        are equal.
     """
     runs = [UsualRun(make_run, is_detailed=True) for _ in range(2)]
-    first, second = (run.wait_for_records() or [] for run in runs)
-    difference = _describe_difference(first, second) or divergence.message
+    first_records, second_records = (run.wait_for_records() or [] for run in runs)
+    difference = _describe_difference(first_records, second_records) or divergence.message
     return CxbridgeError(
         f"the agent is not deterministic: {difference}",
         hint="find code that depends on the time of day, on other processes, or on random numbers without a "
@@ -140,12 +145,12 @@ def explain_difference(make_run: MakeRun, divergence: DivergedError) -> Cxbridge
     )
 
 
-def _describe_difference(first: Iterable[EventRecord], second: Iterable[EventRecord]) -> str:
-    """Return the first difference of two runs; empty if they are equal."""
-    for first_record, second_record in zip_longest(first, second):
+def _describe_difference(first_records: Iterable[EventRecord], second_records: Iterable[EventRecord]) -> str:
+    """Return the first difference of two runs as a clause; empty if they are equal."""
+    for first_record, second_record in zip_longest(first_records, second_records):
         if first_record != second_record:
-            records = f"{_describe_record(first_record)}, and {_describe_record(second_record)}"
-            return f"the first difference of two runs is {records}"
+            pair_text = f"{_describe_record(first_record)}, and {_describe_record(second_record)}"
+            return f"the first difference of two runs is {pair_text}"
     return ""
 
 

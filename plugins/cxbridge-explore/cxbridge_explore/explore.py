@@ -119,6 +119,7 @@ def _check_determinism(graph: Graph, usual_run: UsualRun) -> None:
 
 
 def _read_cpu_seconds() -> float:
+    """Return the processor time of this process and of its ended children."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

@@ -69,7 +69,10 @@ def reset_signals() -> None:
 
 
 def read_cpu_seconds(pid: int) -> float:
-    """Return the processor time of a process. On systems without /proc, return the monotonic time instead."""
+    """Return the processor time of a process.
+
+    On systems without /proc, and for a process that is gone, return the monotonic time instead.
+    """
     try:
         # the fields after the name of the program, which may have spaces and parentheses
         _, _, fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")

@@ -128,6 +128,7 @@ def explore(
 
     game = find_chosen_game(game_options.plugin_groups)
     make_output_folders(explore_options.html)
+    # without a Skiller, since the world decides how skills end
     options = RunOptions(**vars(agent_options), skiller="none")
     make_assembly: MakeAssembly = make_scenario
     if game is not None:

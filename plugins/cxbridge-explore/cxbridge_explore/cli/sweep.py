@@ -182,9 +182,9 @@ def _play_sweep(
 
 def _print_comparison(comparison: AgentComparison) -> None:
     """Print the differences between two agents."""
-    completed, makespan = comparison.completion_difference, comparison.makespan_difference
-    percent, bounds = 100 * completed.estimate, completed.format_bounds("+.2f", scale=100)
-    say(f"difference in completed runs: {percent:+.2f} % ({bounds})")
+    completion, makespan = comparison.completion_difference, comparison.makespan_difference
+    percent, bounds_text = 100 * completion.estimate, completion.format_bounds("+.2f", scale=100)
+    say(f"difference in completed runs: {percent:+.2f} % ({bounds_text})")
     if makespan is not None:
         say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.format_bounds('+.3f')})")
     for run_pair in comparison.as_dict()["seeds"]:

@@ -33,7 +33,7 @@ class BlackBoardJudge:
     def __init__(self, run: Run | Team) -> None:
         self.phase = ""
         self.machine_states: dict[str, str] = {}
-        self.faults = ()
+        self.faults = ()  # no program judges: the referee is a part of the scenario
         self._run = run
         run.bus.subscribe(self, InterfaceWrite)
 
@@ -60,6 +60,12 @@ class BlackBoardJudge:
 
 
 def _make_score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
+    """Return the score.
+
+    :param game: the values of the referee's interface.
+    :param orders: the values of each order's interface. The field ``number`` is 0 before the announcement of
+        the order, ``delivered`` before its delivery.
+    """
     team, phase = str(game["team"]), _format_enum(game["phase"])
     delivered_orders = sorted(
         (order for order in orders if order["delivered"] > 0), key=itemgetter("delivered")

@@ -35,7 +35,10 @@ class Judge(Protocol):
         """The errors of the program that judges."""
 
     def score(self) -> Score:
-        """Return the score at the end of the game."""
+        """Return the score at the end of the game.
+
+        :raises CxbridgeError: if the run is not a game.
+        """
 
 
 # Makes the judge of a run that has not started yet.
@@ -54,7 +57,7 @@ class GameWatch:
         # the start of the production, or of the run before the production; and the end of the last loop
         self._begin_us = self._last_us = clock.now_us()
         self._states: Mapping[str, str] = {}  # of the machines after the last loop
-        self._state_us: dict[str, Counter[str]] = {}  # the time of each state, by machine
+        self._state_times_us: dict[str, Counter[str]] = {}  # the time in each state, by machine
 
     def record(self) -> None:
         """Record the current state, after each loop."""
@@ -62,11 +65,11 @@ class GameWatch:
             return
         now_us, last_phase = self._clock.now_us(), self._phase
         for name, state in self._states.items():
-            self._state_us.setdefault(name, Counter())[state] += now_us - self._last_us
+            self._state_times_us.setdefault(name, Counter())[state] += now_us - self._last_us
         self._phase, self._states, self._last_us = self._judge.phase, dict(self._judge.machine_states), now_us
         if self._phase == PRODUCTION != last_phase:  # the production begins
             self._begin_us = now_us
-            self._state_us.clear()
+            self._state_times_us.clear()
 
     def seconds_at(self, time_us: int) -> float:
         """Return the seconds from the start of the production, or of the run before the production."""
@@ -81,5 +84,5 @@ class GameWatch:
         """Return the seconds that each machine was in each state in the production, the longest first."""
         return {
             name: {state: round(time_us / MICROSECONDS, 1) for state, time_us in counter.most_common()}
-            for name, counter in sorted(self._state_us.items())
+            for name, counter in sorted(self._state_times_us.items())
         }

@@ -45,8 +45,9 @@ class Game(Protocol):
         """Play the game.
 
         :param seed: the seed of all draws.
-        :param console: a sink for log lines.
-        :param attach: called with each agent before the game.
+        :param console: a sink for log lines; None: the log lines are not shown.
+        :param attach: called with each agent before the game; None: nothing is called.
+        :raises CxbridgeError: if the game is invalid.
         """
 
 
@@ -65,7 +66,7 @@ class PluginGameOptions(Protocol):
 
 
 class PlayedGameOptions(PluginGameOptions, Protocol):
-    """The options of ``cxbridge game``."""
+    """Options with which ``cxbridge game`` plays a game."""
 
     def make_game(self, run_options: RunOptions, *, minutes: float | None, world: Path | None) -> Game:
         """Make the game.
@@ -77,7 +78,7 @@ class PlayedGameOptions(PluginGameOptions, Protocol):
 
 
 class ExploredGameOptions(PluginGameOptions, Protocol):
-    """The options of ``cxbridge explore``."""
+    """Options with which ``cxbridge explore`` explores a game."""
 
     def prepare_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run with a time limit, and the function that makes the run."""

@@ -23,25 +23,25 @@ def play_games(
 
     :param games: the games by agent.
     :param show_line: called with a line about the progress after each game.
-    :returns: the results by agent and seed, in order.
+    :returns: the results by agent and seed, in the order of ``games`` and ``seeds``.
     :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
     results: dict[str, dict[int, GameResult]] = {name: {} for name in games}
     with safe_process_pool(process_count) as pool:
-        pending_games = {
+        agents_and_seeds = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }
         try:
-            for count, future in enumerate(as_completed(pending_games), 1):
-                name, seed = pending_games[future]
+            for count, future in enumerate(as_completed(agents_and_seeds), 1):
+                name, seed = agents_and_seeds[future]
                 results[name][seed] = future.result()
-                show_line(f"{count} of {len(pending_games)} games")
+                show_line(f"{count} of {len(agents_and_seeds)} games")
         except BrokenProcessPool:
             raise CxbridgeError(
                 "a process that played a game has died", hint="play fewer games at once: --jobs 1"
             ) from None
         finally:
-            pool.shutdown(cancel_futures=True)
+            pool.shutdown(cancel_futures=True)  # after an error, no further game starts
     # sorted by seed, since the games have ended in any order
     return {
         name: {seed: results_by_seed[seed] for seed in seeds} for name, results_by_seed in results.items()
@@ -49,7 +49,7 @@ def play_games(
 
 
 def mean_points(results: Mapping[int, GameResult]) -> Interval:
-    """Return the mean points of an agent's games.
+    """Return the mean points of an agent's games, with its confidence interval.
 
     :param results: the results by seed; at least one.
     """
@@ -91,13 +91,13 @@ class Match:
         return {seed: float(self.second[seed].points - result.points) for seed, result in self.first.items()}
 
     def most_different_games(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the seeds with the largest differences, with the points of both agents."""
+        """Yield the seeds with the largest differences, with the points of the first and second agent."""
         for seed in rank_differences(self._differences())[:MAX_LISTED_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property
     def better_index(self) -> int | None:
-        """The index of the better agent; None if the games do not show a difference."""
+        """The index of the better agent, 0 or 1; None if the games do not show a difference."""
         difference = self.difference
         if not difference.excludes_zero:
             return None

@@ -62,6 +62,7 @@ def game(
 
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
+    # without a Skiller, since the world of the game decides how skills end
     options = RunOptions(**vars(agent_options), skiller="none")
     first_game = _make_game(options, play_options, game_options)
     if play_options.games == 1 and play_options.against is None:
@@ -86,7 +87,8 @@ def _make_game(options: RunOptions, play_options: PlayOptions, game_options: Gam
 def _make_games_by_agent(first_game: Game, against: Path | None) -> dict[str, Game]:
     """Return the game of each agent, by the name of the agent.
 
-    :param against: the second agent, or None.
+    :param against: the second agent; None: only the first agent plays.
+    :raises CxbridgeError: if both agents are the same.
     """
     options = first_game.run_options
     # a game of a plug-in needs no scenario: the first overlay has the agent, or else the Fawkes checkout
@@ -107,7 +109,7 @@ def _report_game(result: GameResult, *, as_json: bool) -> int:
         say_json(result.as_dict(), indent=2)
     else:
         print_game(result)
-    return _report_faults({result.seed: result})
+    return _report_problems({result.seed: result})
 
 
 def _play_series(games: Mapping[str, Game], play_options: PlayOptions, *, as_json: bool) -> int:
@@ -125,11 +127,15 @@ def _play_series(games: Mapping[str, Game], play_options: PlayOptions, *, as_jso
         if len(results_by_agent) > 1:
             report["comparison"] = Match(*results_by_agent.values()).as_dict()
         say_json({**report, "seed": play_options.seed}, indent=2)
-    return max(_report_faults(results) for results in results_by_agent.values())
+    # a larger exit status tells of a worse problem
+    return max(_report_problems(results) for results in results_by_agent.values())
 
 
-def _report_faults(results: Mapping[int, GameResult]) -> int:
-    """Print undefined constructs and faults, and return the exit status."""
+def _report_problems(results: Mapping[int, GameResult]) -> int:
+    """Print the undefined constructs and faults of games, and return the exit status.
+
+    :param results: the results by seed.
+    """
     # printed once, since all games have the same agent, and so the same undefined constructs
     undefined_constructs = dict.fromkeys(
         construct for result in results.values() for construct in result.undefined_constructs

@@ -12,7 +12,7 @@ from cxbridge_explore.game.score import GameResult
 
 
 def print_game(result: GameResult) -> None:
-    """Print the points in the order of time, the work of robots and machines, and the score."""
+    """Print the awards, deliveries and orders, the work of robots and machines, and the score of a game."""
     score = result.score
     for award in score.awards:
         say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
@@ -33,18 +33,18 @@ def print_game(result: GameResult) -> None:
             say(f"points: {team} {total:+d} {category}")
     if result.simtest:
         say(f"the agent's own tests: {result.simtest}")
-    points = ", ".join(f"{team} {points}" for team, points in score.points.items())
+    points_text = ", ".join(f"{team} {points}" for team, points in score.points.items())
     end_text = "over" if result.is_over else f"not over, in {score.phase}"
     say(
-        f"{points}; {len(score.deliveries)} deliveries; the game is {end_text} after {score.game_time:g} s; "
-        f"seed {result.seed}, {result.wall_seconds:g} s"
+        f"{points_text}; {len(score.deliveries)} deliveries; the game is {end_text} after "
+        f"{score.game_time:g} s; seed {result.seed}, {result.wall_seconds:g} s"
     )
 
 
 def print_games(results_by_agent: Mapping[str, Mapping[int, GameResult]]) -> None:
-    """Print the points of each game, and the comparison of two agents.
+    """Print the mean points of each agent, then the points of each game, or the comparison of two agents.
 
-    :param results_by_agent: the results by agent and seed.
+    :param results_by_agent: the results by agent and seed, of one or two agents.
     """
     for name, results in results_by_agent.items():
         over_count = sum(result.is_over for result in results.values())
@@ -59,8 +59,8 @@ def print_games(results_by_agent: Mapping[str, Mapping[int, GameResult]]) -> Non
     )
     match = Match(first_results, second_results)
     difference = match.difference
-    bounds = difference.format_bounds("+.1f")
-    say(f"{second_agent} minus {first_agent}: {difference.estimate:+.1f} points a game ({bounds})")
+    bounds_text = difference.format_bounds("+.1f")
+    say(f"{second_agent} minus {first_agent}: {difference.estimate:+.1f} points a game ({bounds_text})")
     for seed, first_points, second_points in match.most_different_games():
         say(f"  seed {seed}: {first_points} and {second_points} points")
     better_index = match.better_index
