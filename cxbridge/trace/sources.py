@@ -17,7 +17,7 @@ from cxbridge.numbers import parse_decimal
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 
-# The keys of records with attributes of their own in `RunSource`.
+# The keys of records that `RunSource` has as separate attributes.
 _COMMON_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 

@@ -119,7 +119,7 @@ class Run(ABC):
     def find_repairs(self) -> tuple[list[str], Callable[[Path], object]] | None:
         """Return the needed repairs as texts, and a function that writes the repaired file to a path.
 
-        None means that the format has no repair of its own: ``trace repair`` then examines the file.
+        None means that the run cannot find its repairs: ``trace repair`` then examines the file.
 
         :raises TraceError: if the file cannot be read, or cannot be repaired.
         """

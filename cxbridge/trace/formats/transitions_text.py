@@ -101,7 +101,7 @@ class TransitionsText(Run):
     def __iter__(self) -> Iterator[Event]:
         """Yield a transition per line, with details if there are any.
 
-        A truncated last line that is no transition is left out.
+        A truncated last line is left out unless it reads as a transition.
 
         :raises TraceError: if the file cannot be read, or has an invalid line.
         """
