@@ -69,7 +69,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
         properties,
         world=world,
         make_assembly=make_assembly,
-        coverage=execution.coverage,
+        records_used_parts=execution.coverage,
     )
     if resume is None:
         graph = Graph(bounds.faults, bounds.depth)

@@ -32,7 +32,8 @@ Edge = tuple[int, int]
 class Leaf(Struct, frozen=True):
     """The end of a run.
 
-    :param outcome: completed, unsuccessful, stuck, timed out, fault, or crashed.
+    :param outcome: completed, unsuccessful, stuck, timed out, fault, crashed, :data:`BAD_INPUT` or
+        :data:`DIVERGED`. The last two end the exploration, and are not recorded in the graph.
     :param reason: the reason, in a sentence.
     :param seconds: the duration by the run's clock.
     :param violations: the violated properties.
@@ -69,7 +70,8 @@ class Graph(Struct):
     :ivar leaves: the end of the run on an edge.
     :ivar links: the node to which an edge leads.
     :ivar open_edges: the unexplored edges, in the order of discovery.
-    :ivar node_by_digest: the numbers of the nodes by the digests of their states.
+    :ivar node_by_digest: the numbers of the nodes by the digests of their states, which are extended by the
+        values that the bounds limit.
     :ivar unmerged_reasons: the reasons why states were not compared, in the order of discovery.
     :ivar used_parts: the parts of the agent that the runs have used, if recorded.
     """
@@ -92,7 +94,7 @@ class Graph(Struct):
 
     @property
     def counts_text(self) -> str:
-        """The numbers of runs and states, with nouns."""
+        """The numbers of runs, states and merged runs, with nouns."""
         runs, states = format_count(len(self.leaves), "run"), format_count(len(self.nodes), "state")
         return f"{runs}, {states}, {self.merged_count} merged"
 
@@ -153,7 +155,7 @@ class Graph(Struct):
         return 0 if edge == ROOT_EDGE else self.nodes[number].point.index + 1
 
     def allowed_options(self, number: int) -> list[int]:
-        """Return the options of a node within the bounds, the usual option first."""
+        """Return the indices of the options of a node within the bounds, the usual option first."""
         node = self.nodes[number]
         if self.depth is not None and node.point.index >= self.depth:
             return [USUAL]
@@ -164,8 +166,8 @@ class Graph(Struct):
             if index == USUAL or option.faults <= allowed_faults
         ]
 
-    def find_cycle(self) -> int | None:
-        """Return the first node of a cycle, or None. A run in a cycle never ends."""
+    def find_cycle_node(self) -> int | None:
+        """Return the number of the first node of a cycle, or None. A run in a cycle never ends."""
         sorter: TopologicalSorter[int] = TopologicalSorter()
         for (number, _), target in self.links.items():
             sorter.add(target, number)

@@ -44,7 +44,7 @@ def explore(
     :param world: the file of possible events; by default ``world.yaml`` in the scenario's folder.
     :param timeout: the limit of a run's clock in seconds.
     :param options: further options of the command, such as ``config`` and ``spec``.
-    :raises AssertionError: if a property is violated.
+    :raises pytest.fail.Exception: if a property is violated.
     :raises CxbridgeError: if the scenario, the world or an option is invalid.
     """
     run_options = RunOptions(scenario=cx.find(scenario), skiller="none", timeout=timeout, **options)
@@ -64,13 +64,16 @@ def explore(
 def assert_properties(run: AgentRun, *properties: str | Property, timeout: float = 600.0) -> None:
     """Run to the end while properties are checked, and finalise the agent.
 
-    :param properties: names of built-in properties, or forms. The properties are watched from this call on.
+    :param properties: properties, names of built-in properties, or forms. They are watched from this call on.
     :param timeout: the limit of the run's clock in seconds.
     :raises AssertionError: if a property is violated.
     """
     assembly = run.assembly
     watch = PropertyWatch(
-        [find_property(item) if isinstance(item, str) else item for item in properties],
+        [
+            property_ if isinstance(property_, Property) else find_property(property_)
+            for property_ in properties
+        ],
         [assembly],
         assembly.clock,
     )
@@ -84,6 +87,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
         return is_stuck or run.is_over
 
     run.wait_for(is_done, timeout)
+    # a run is at its end, too, if all of its open root goals are MAINTAIN goals at rest
     is_at_end = run.is_over or assembly.executive.maintaining_goals
     ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
     watch.check_end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))

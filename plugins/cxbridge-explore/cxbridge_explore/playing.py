@@ -23,7 +23,7 @@ class ExploredRun(WorldRun):
     :param world: the possible events; None for the file in the scenario's folder.
     :param make_assembly: makes the program to run.
     :param stops_at_violation: whether the run ends at the first violation.
-    :param coverage: whether to record the used parts of the agent.
+    :param records_used_parts: whether to record the used parts of the agent.
     """
 
     def __init__(
@@ -35,20 +35,23 @@ class ExploredRun(WorldRun):
         world: WorldModel | None = None,
         make_assembly: MakeAssembly = make_scenario,
         stops_at_violation: bool = False,
-        coverage: bool = False,
+        records_used_parts: bool = False,
     ) -> None:
         super().__init__(options, chooser, world, make_assembly=make_assembly)
         self._stops_at_violation = stops_at_violation
-        self._use_watch = UseWatch(self.assembly.bus, self.assembly.agents) if coverage else None
+        self._use_watch = UseWatch(self.assembly.bus, self.assembly.agents) if records_used_parts else None
         self.property_watch = PropertyWatch(properties, self.assembly.agents, self.assembly.clock)
         self.watchers.append(self.property_watch)
 
     def collect_used_parts(self) -> tuple[UsedPart, ...]:
-        """Return the parts of the agent that were used for the first time since the last call."""
+        """Return the parts of the agent that were used for the first time since the last call.
+
+        :returns: an empty tuple if the used parts are not recorded.
+        """
         return () if self._use_watch is None else self._use_watch.take_new_parts()
 
     def play(self) -> WorldResult:
-        """Play the run to its end and evaluate the properties; see :class:`WorldRun`."""
+        """Play the run to its end and evaluate the properties; see :meth:`WorldRun.play`."""
         result = super().play()
         verdict = result.verdict
         ending = Ending.OVER if result.is_over else Ending.STUCK if verdict.is_stuck else Ending.CUT
@@ -81,7 +84,7 @@ MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser
 
 
 def make_failure_leaf(error: Exception) -> Leaf:
-    """Return the leaf for a run that has raised an exception."""
+    """Return the leaf for a run that has raised an exception; its duration is unknown."""
     if isinstance(error, DivergedError):
         return Leaf(DIVERGED, str(error), seconds=0.0)
     if isinstance(error, CxbridgeError):

@@ -1,4 +1,4 @@
-"""The progress of an exploration: a line of text every moment, and a page every few seconds."""
+"""The progress of an exploration: a line of text several times a second, and a page less often."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge_explore.graph import Graph
 
 _LINE_PERIOD_S: Final = 0.2  # seconds between two lines
-_MIN_PAGE_PAUSE_S: Final = 2.0
+_MIN_PAGE_PAUSE_S: Final = 2.0  # slightly less than the 2.5 s after which the page reloads itself
 _PAUSE_FACTOR: Final = 20  # a pause of 20 times the duration of a drawing limits drawing to 5 % of the time
 
 
@@ -18,7 +18,8 @@ class ProgressReporter:
 
     :param graph: the explored graph.
     :param show_line: shows a line of text; called several times a second.
-    :param draw_page: draws the page; called every few seconds.
+    :param draw_page: draws the page; called at once, and again after a pause of at least 2 seconds, or of 20
+        times the duration of the drawing.
     """
 
     def __init__(self, graph: Graph, show_line: Callable[[str], None], draw_page: Callable[[], None]) -> None:

@@ -41,7 +41,7 @@ class ExploreResult:
     def outcomes(self) -> dict[str, int]:
         """The number of runs by outcome; a cycle adds the outcome ``endless``."""
         counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
-        if self.graph.find_cycle() is not None:
+        if self.graph.find_cycle_node() is not None:
             counts["endless"] = 1
         return dict(sorted(counts.items()))
 
@@ -61,7 +61,7 @@ class ExploreResult:
                 row = {"property": RUN_ENDS, "message": leaf.reason, "seconds": leaf.seconds}
                 # No counterexample is written, since a run on the same path would not end either.
                 violations.setdefault(RUN_ENDS, self._add_choices(row, edge) | {"is_given_up": True})
-        if (number := graph.find_cycle()) is not None:
+        if (number := graph.find_cycle_node()) is not None:
             node, message = graph.nodes[number], "the run reaches the same state again and again"
             row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
             violations.setdefault(RUN_ENDS, self._add_choices(row, node.edge))

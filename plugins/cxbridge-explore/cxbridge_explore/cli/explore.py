@@ -185,9 +185,9 @@ def _write_page(
     from cxbridge_explore.map.rows import make_run_rows
     from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
 
-    pages = write_run_pages(result.graph, make_run_rows(result.graph), file, *program)
+    run_addresses = write_run_pages(result.graph, make_run_rows(result.graph), file, *program)
     stories = write_violation_pages(result.counterexamples, file)
-    write_page(result, coverage, file, command, pages=pages, stories=stories)
+    write_page(result, coverage, file, command, run_addresses=run_addresses, stories=stories)
 
 
 def _compute_coverage(result: ExploreResult, options: RunOptions) -> Coverage:

@@ -1,4 +1,4 @@
-"""Plays one game in a world whose failures are drawn from a seed, and summarises the result."""
+"""Plays one game in a world whose events are drawn from a seed, and summarises the result."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _INTERRUPTED_STATUS: Final = 130  # exit status of shells for SIGINT: 128 + 2
 
-OUTCOME_FILE: Final = "outcome.json"  # the attachment of the recording in which the game's result is stored
+OUTCOME_FILE: Final = "outcome.json"  # the attachment of the recording that has `GameResult.outcome`
 
 
 def play_game(
@@ -43,7 +43,8 @@ def play_game(
     """Play a game to its end, and return its result.
 
     :param options: the options of the run.
-    :param seed: the seed from which the failures of skills are drawn.
+    :param seed: the seed from which the events of the world are drawn, such as failures of skills.
+    :param world: the possible events.
     :param make_judge: makes the judge, which reports the state and the score.
     :param make_assembly: makes the program to run.
     :param console: a sink for log lines.

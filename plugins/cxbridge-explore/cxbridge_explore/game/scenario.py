@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.run.agent import Run
 
-# Keys of a scenario's configuration. Each has the path of the value that the referee reads: seed, or minutes.
+# Keys of a scenario's configuration. The value of each key is the path of another value, which the referee
+# reads: the seed, or the minutes of the production.
 SEED_KEY: Final = "/game/seed"
 MINUTES_KEY: Final = "/game/minutes"
 
@@ -35,7 +36,8 @@ class ScenarioGame:
 
     :param run_options: the scenario, its configuration and recordings.
     :param minutes: the duration of the production; None for the duration in the scenario.
-    :param world: the file of possible failures; None for the scenario's ``world.yaml``, or no failures.
+    :param world: the file of possible events; None for the scenario's ``world.yaml``. Without either file,
+        nothing fails.
     """
 
     run_options: RunOptions
@@ -57,9 +59,10 @@ class ScenarioGame:
     ) -> GameResult:
         """Play the game.
 
-        :param seed: the seed of orders and failures.
+        :param seed: the seed of all draws, by the referee and by the world.
         :param console: a sink for log lines.
         :param attach: called with each agent before the game.
+        :raises CxbridgeError: if the scenario is not a game, or the agent is broken.
         """
         world_file = self.world or find_world(source_of(self.run_options).config_file().parent)
         world_model = NOTHING_FAILS if world_file is None else read_world(world_file)

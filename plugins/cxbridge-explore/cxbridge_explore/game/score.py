@@ -1,4 +1,4 @@
-"""The score of a game: points, deliveries, phase."""
+"""The score of a game, the work of its robots, and the result with both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True)
 class Award:
-    """Points that a team was awarded or has lost.
+    """Points that a team was awarded, or lost if the number is negative.
 
     :param game_time: the time in seconds since the start of the phase.
     :param category: the reason without names and numbers.
@@ -81,7 +81,7 @@ class Score:
         return points_by_category
 
     def delivery_times(self, order: ProductOrder) -> list[float]:
-        """Return the delivery times of an order."""
+        """Return the times at which products of an order were delivered, as in :class:`Delivery`."""
         return [delivery.game_time for delivery in self.deliveries if delivery.order == order.order]
 
     def as_dict(self) -> dict[str, Any]:
@@ -100,7 +100,7 @@ class Score:
 class RobotWork:
     """The work of a robot, or of another executor of skills, in a game.
 
-    :param busy_seconds: the time in which skills were executed.
+    :param busy_seconds: the time of the whole game in which skills were executed.
     :param idle_seconds: the time of the production in which no skill was executed.
     :param failed: the number of failed skills by error.
     """
@@ -116,7 +116,7 @@ class GameResult:
 
     :param is_over: whether the game is finished.
     :param wall_seconds: the real time of the game.
-    :param faults: the errors of cxbridge itself.
+    :param faults: the errors of cxbridge itself, and of the program that judges.
     :param machine_seconds: the seconds of the production that each machine was in each state.
     :param undefined_constructs: the constructs of the agent that CLIPS rejected, with place and reason.
     :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without tests.
@@ -139,7 +139,7 @@ class GameResult:
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """The result without measured times: equal for each game with the same seed."""
+        """The members of the result that are equal in each game of an agent with the same seed."""
         return {
             **self.score.as_dict(),
             "robots": {name: asdict(work) for name, work in self.robots.items()},

@@ -27,6 +27,7 @@ def find_robots(agents: Sequence[Run]) -> dict[str, str]:
         board = agent.skill_board
         for member in () if board is None else board.agents:
             robot_names[member.name] = member.name
+            # calls of the default Skiller have the name of the agent instead, see `_find_performer`
             if member.skiller != DEFAULT_SKILLER:
                 robot_names[member.skiller] = member.name
             robot_names.update({executor.name: member.name for executor in member.executors})
@@ -40,9 +41,10 @@ def summarize_work(
 
     :param history: the history of the run, with its skill calls.
     :param robots: the names of the robots, by the names of their Skillers and executors.
-    :param end_us: the end of the run.
+    :param end_us: the end of the run, by its clock.
+    :param watch: knows the start and the end of the production.
     """
-    # the history counts from the first event, with a clock that is never set back
+    # the history counts from the start of the run, with a clock that is never set back
     steady_end_us, start_us = history.clock.advance_to(end_us), history.clock.start_us or 0
     spans: dict[str, list[Span]] = {robot: [] for robot in robots.values()}
     failures: dict[str, Counter[str]] = {}
@@ -57,8 +59,8 @@ def summarize_work(
     production_seconds, work_by_robot = watch.production_seconds, {}
     for robot in sorted(spans):
         production_spans = [(max(0.0, begin), min(production_seconds, end)) for begin, end in spans[robot]]
-        busy, idle = covered_seconds(spans[robot]), production_seconds - covered_seconds(production_spans)
-        work_by_robot[robot] = RobotWork(round(busy, 1), round(idle, 1), dict(failures.get(robot, {})))
+        busy_s, idle_s = covered_seconds(spans[robot]), production_seconds - covered_seconds(production_spans)
+        work_by_robot[robot] = RobotWork(round(busy_s, 1), round(idle_s, 1), dict(failures.get(robot, {})))
     return work_by_robot
 
 
@@ -72,7 +74,10 @@ def covered_seconds(spans: Iterable[Span]) -> float:
 
 
 def _find_performer(call: SkillExecution) -> str:
-    """Return the name of the Skiller or executor; for the only Skiller of an agent, the agent's name."""
+    """Return the name of the Skiller or executor.
+
+    In a team, the name begins with the agent's, and the agent's name alone stands for its default Skiller.
+    """
     if call.env in ("", ENVIRONMENT):
         return call.skiller
     return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"

@@ -15,16 +15,16 @@ from cxbridge_studio.explain.coverage.report import shorten_names
 
 def compute_explored_coverage(options: RunOptions, used_parts: Iterable[UsedPart]) -> Coverage:
     """Compute the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
-    agent, use = AgentSources(), RecordedUse()
+    agent_sources, recorded_use = AgentSources(), RecordedUse()
     for source in read_scenario_sources(options):  # from the files, since an exploration has no recording
-        agent.add_source(source, include_core=False)
+        agent_sources.add_source(source, include_core=False)
     for kind, name, detail in used_parts:
-        counts = getattr(use, kind)  # the kinds are names of attributes
+        counts = getattr(recorded_use, kind)  # the kinds are names of attributes
         if detail:  # the mode or outcome of a goal
             counts.setdefault(name, Counter())[detail] = 1
         else:
             counts[name] = 1
-    return compute_coverage(agent, use)
+    return compute_coverage(agent_sources, recorded_use)
 
 
 def encode_coverage(coverage: Coverage) -> dict[str, Any]:
@@ -51,7 +51,7 @@ def encode_coverage(coverage: Coverage) -> dict[str, Any]:
 
 
 def describe_unreached_parts(coverage: Coverage) -> Iterable[str]:
-    """Yield the unreached parts as lines of text."""
+    """Yield lines of text: the share of the rules that fired, and each unreached part."""
     yield f"{coverage.fired_count} of {coverage.watched_count} rules fired: {coverage.percent:.1f} %"
     for file_name, file in zip(shorten_names(coverage.files), coverage.files, strict=True):
         for rule, count in file.rules:

@@ -20,7 +20,7 @@ def write_page(
     file: Path,
     command: str,
     *,
-    pages: Mapping[int, str] = MappingProxyType({}),
+    run_addresses: Mapping[int, str] = MappingProxyType({}),
     stories: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
     is_live: bool = False,
 ) -> None:
@@ -28,14 +28,14 @@ def write_page(
 
     :param coverage: the coverage of the agent; None during the exploration.
     :param command: the command that reproduces the page, to show on the page.
-    :param pages: the addresses of the pages of runs, by the numbers of their rows.
-    :param stories: for each violated property, the ``story`` of its counterexample, a sentence, and the
-        ``address`` of its page.
+    :param run_addresses: the addresses of the pages of runs, by the numbers of their rows.
+    :param stories: for each property with a counterexample, its ``story``, a sentence, and the ``address`` of
+        its page.
     :param is_live: whether the exploration is still running; then the page reloads itself.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     rows = [asdict(row) for row in make_run_rows(result.graph)]
-    for number, address in pages.items():
+    for number, address in run_addresses.items():
         rows[number]["page"] = address
     document = {
         "command": command,

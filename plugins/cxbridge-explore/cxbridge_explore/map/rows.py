@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from cxbridge_explore.graph import ROOT_EDGE, Edge, Graph, Leaf
 from cxbridge_explore.worlds.points import USUAL
@@ -16,12 +16,14 @@ class MapRow:
 
     :param choice: the chosen option in words; empty for the usual run.
     :param begin_s: the time of the branch, by the run's clock.
+    :param faults: the number of faults of the run up to the branch, that of the branch included.
     :param end_s: the time of the end; for an open row, the time of the branch.
     :param outcome: the outcome; ``merged`` if the run reached a known state, ``open`` if its rest is
         unexplored.
-    :param reason: the reason in a sentence.
+    :param reason: the reason for the outcome in a sentence; empty for an open row.
     :param parent: the number of the row from which the run branches off; None for the usual run.
     :param path: all unusual choices of the run, in words.
+    :param violations: the violated properties, each as ``NAME: MESSAGE``.
     :param edge: the last edge of the run.
     """
 
@@ -33,7 +35,7 @@ class MapRow:
     end_s: float = 0.0
     outcome: str = OPEN
     reason: str = ""
-    violations: tuple[str, ...] = field(default=())
+    violations: tuple[str, ...] = ()
     edge: Edge = ROOT_EDGE
 
 

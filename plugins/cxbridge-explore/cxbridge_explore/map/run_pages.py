@@ -23,8 +23,8 @@ from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import PathChooser
 from cxbridge_explore.worlds.run import MakeAssembly
 
-# The limit of runs that get a page: first the runs that violate a property, then the runs with the fewest
-# faults. Each run is played again, which takes a second.
+# The maximum number of runs that get a page: first the runs that violate a property, then the runs with the
+# fewest faults. Each run is played again, which takes a second.
 MAX_PAGES: Final = 25
 
 
@@ -36,23 +36,24 @@ def write_run_pages(
     world: WorldModel | None,
     make_assembly: MakeAssembly,
 ) -> dict[int, str]:
-    """Play runs again and write a page of each, in a folder next to the page of the exploration.
+    """Play at most :data:`MAX_PAGES` runs again and write a page of each, in a folder next to ``page``.
 
     :param page: the page of the exploration.
-    :returns: the address of each run at its last unusual choice, relative to the page, by the number of its
-        row.
+    :returns: the address of the page of each chosen run, relative to the page of the exploration, by the
+        number of the run's row. The page opens at the last unusual choice of the run.
     :raises CxbridgeError: if a run cannot be played or a page cannot be written.
     """
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)
-    ended_numbers = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
-    ended_numbers.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
+    ended_row_numbers = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
+    ended_row_numbers.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
     addresses: dict[int, str] = {}
-    for number in sorted(ended_numbers[:MAX_PAGES]):
+    for number in sorted(ended_row_numbers[:MAX_PAGES]):
         row = rows[number]
         path = graph.find_path(row.edge)
         with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
             recording = Path(scratch, f"run-{number}.mcap")
+            # without properties, since a run would stop at its first violation
             played_run = play_run(
                 options, (), PathChooser(path), recording, world=world, make_assembly=make_assembly
             )
@@ -89,9 +90,9 @@ def _write_report(recording: Path, title: str, file: Path) -> None:
 
 
 def _find_headline(example: Counterexample) -> str:
-    """Return the first sentence of the story of a counterexample; empty if no plug-in explains runs."""
+    """Return the first sentence of the story of a counterexample; empty without an explanation."""
     try:
         headline: str = make_explainer(open_run(example.recording))("run", "")["data"]["headline"]
-    except CxbridgeError:
+    except CxbridgeError:  # e.g. no installed plug-in explains runs
         return ""
     return headline

@@ -22,8 +22,8 @@ FORMS: Final = (
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
 
-_FORM_WORDS: Final = ("never", "always", "eventually", "after")
-_NAME_PATTERN: Final = re.compile(r"\s*([\w-]+)\s*:")
+_FORM_WORDS: Final = ("never", "always", "eventually", "after")  # in the order of `FORMS`
+_NAME_PATTERN: Final = re.compile(r"\s*([\w-]+)\s*:")  # the optional `NAME:` before a form
 _NON_PATTERN_HEADS: Final = frozenset({"test", "declare"})  # first words of elements that match no fact
 
 
@@ -50,6 +50,7 @@ class _FormReader:
         """Read conditional elements, which must include a pattern.
 
         :param keyword: the word before the elements, for error messages.
+        :raises ConfigError: if no element is a pattern.
         """
         nodes: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
@@ -62,7 +63,10 @@ class _FormReader:
         return ConditionPattern(tuple(nodes), self.mark)
 
     def read_limit(self) -> float | None:
-        """Read the optional time limit in seconds, the last part of a form; None without a limit."""
+        """Read the optional time limit in seconds, the last part of a form; None without a limit.
+
+        :raises ConfigError: if the limit is not a positive number, or the form has further parts.
+        """
         word, limit = self.read_word(), None
         if word == "within":
             seconds_text = self.read_word()
@@ -121,7 +125,10 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
                 raise mark.error(f"'after' needs a 'then': {text.strip()}", FORMS[_FORM_WORDS.index(keyword)])
             later_pattern = reader.read_pattern("then")
             make_monitor = partial(
-                AfterMonitor, first=pattern, second=later_pattern, within_s=reader.read_limit()
+                AfterMonitor,
+                first_pattern=pattern,
+                second_pattern=later_pattern,
+                within_s=reader.read_limit(),
             )
         case _:
             make_monitor = partial(NeverMonitor if keyword == "never" else AlwaysMonitor, pattern=pattern)

@@ -76,13 +76,14 @@ class Scene:
 
     :param name: the name of the property.
     :param clock: the run's clock; the run starts now.
-    :param agents: the facts of the living agents. The mapping changes when agents are killed and restarted.
+    :param tables_by_agent: the facts of the living agents. The mapping changes when agents are killed and
+        restarted.
     """
 
-    def __init__(self, name: str, clock: Clock, agents: Mapping[Run, FactTables]) -> None:
+    def __init__(self, name: str, clock: Clock, tables_by_agent: Mapping[Run, FactTables]) -> None:
         self.name = name
         self.violation: Violation | None = None
-        self._clock, self._agents = clock, agents
+        self._clock, self._tables_by_agent = clock, tables_by_agent
         self._start_us = clock.now_us()
 
     @property
@@ -93,7 +94,7 @@ class Scene:
     @property
     def tables(self) -> Sequence[FactTables]:
         """The facts of each living agent."""
-        return tuple(self._agents.values())
+        return tuple(self._tables_by_agent.values())
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
         """Report a violation. Only the first report counts."""
@@ -155,7 +156,7 @@ class Property:
     :param name: the name, unique among the properties of a run.
     :param make_monitor: makes the monitor of the property for a run.
     :param text: the description.
-    :param source: the text that can be parsed again.
+    :param source: the text that can be parsed again; empty for a property that Python code has made.
     """
 
     name: str

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 _GROUP_HEADS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 _ABSENCE_HEADS: Final = frozenset({"not", "forall"})
+_LOCAL_HEADS: Final = frozenset({"not", "forall", "exists", "or"})  # their variables have no value outside
 _NAME_PREFIX: Final = "cx-property-"  # of the names of rules and functions
 _LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a loaded agent has
 _UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
@@ -65,12 +66,7 @@ class ConditionPattern:
     @property
     def variables(self) -> tuple[str, ...]:
         """The variables that a match binds, in order."""
-        # Variables within `not`, `forall`, `exists` and `or` have no value outside of them.
-        outer_elements = [
-            node for node in self.elements if node.head not in ("not", "forall", "exists", "or")
-        ]
-        words = (word.text for node in outer_elements for word in node.walk() if word.items is None)
-        return tuple(dict.fromkeys(filter(_VARIABLE.fullmatch, words)))
+        return tuple(dict.fromkeys(filter(_VARIABLE.fullmatch, _find_bound_words(self.elements))))
 
 
 def _find_templates(nodes: tuple[SyntaxNode, ...]) -> Iterator[str]:
@@ -79,6 +75,15 @@ def _find_templates(nodes: tuple[SyntaxNode, ...]) -> Iterator[str]:
             yield from _find_templates(node.arguments)
         elif node.head and node.head != "test":
             yield node.head
+
+
+def _find_bound_words(nodes: tuple[SyntaxNode, ...]) -> Iterator[str]:
+    """Yield the words of conditional elements whose variables have a value outside of the elements."""
+    for node in nodes:
+        if node.items is None:
+            yield node.text
+        elif node.head not in _LOCAL_HEADS:
+            yield from _find_bound_words(node.items)
 
 
 def check_templates(pattern: ConditionPattern, env: ClipsEnvironment) -> None:

@@ -63,6 +63,7 @@ class PatternMonitor(Monitor):
 
     def check(self) -> None:
         for tables in list(self._loading_tables):
+            # a loaded agent gets no further deftemplates: `check_templates` reports those that it lacks
             if all(map(tables.env.has_template, self.templates)) or tables.is_initialized:
                 for watched in self._patterns:
                     check_templates(watched.pattern, tables.env)
@@ -73,7 +74,7 @@ class PatternMonitor(Monitor):
 
     @abstractmethod
     def check_patterns(self) -> None:
-        """Check the run after a loop; all agents are loaded."""
+        """Check the run after a loop; each agent has its probes."""
 
     def find_current_matches(self) -> list[tuple[FactTables, set[BoundValues]]]:
         """Return the current matches of the first pattern in each agent."""
@@ -161,7 +162,7 @@ class EventuallyMonitor(PatternMonitor):
             self.scene.report(f"{self._pattern.text} has never matched")
 
     def state(self) -> Hashable:
-        """Return whether the pattern has matched, or the remaining time."""
+        """Return True after a match; before it, the remaining seconds, or False without a time limit."""
         if self._has_matched or self._within_s is None:
             return self._has_matched
         return round(self._within_s - self.scene.seconds, 3)
@@ -173,19 +174,25 @@ class AfterMonitor(PatternMonitor):
     Variables with one name have equal values in both patterns. A modified fact that still matches is a new
     match.
 
-    :param within_s: the time limit since the first match; None for the end of the run.
+    :param within_s: the time limit since the match of the first pattern; None for the end of the run.
     """
 
     def __init__(
-        self, scene: Scene, first: ConditionPattern, second: ConditionPattern, within_s: float | None
+        self,
+        scene: Scene,
+        first_pattern: ConditionPattern,
+        second_pattern: ConditionPattern,
+        within_s: float | None,
     ) -> None:
-        self._shared_variables = tuple(name for name in first.variables if name in second.variables)
+        self._shared_variables = tuple(
+            name for name in first_pattern.variables if name in second_pattern.variables
+        )
         super().__init__(
             scene,
-            _WatchedPattern(first, self._shared_variables, self._handle_first_match),
-            _WatchedPattern(second, self._shared_variables, self._handle_second_match),
+            _WatchedPattern(first_pattern, self._shared_variables, self._handle_first_match),
+            _WatchedPattern(second_pattern, self._shared_variables, self._handle_second_match),
         )
-        self._first, self._second = first, second
+        self._first_pattern, self._second_pattern = first_pattern, second_pattern
         self._within_s = within_s
         # By agent and shared values: the seconds of each first match that still lacks a second match.
         self._open_obligations: dict[tuple[str, BoundValues], float] = {}
@@ -214,14 +221,16 @@ class AfterMonitor(PatternMonitor):
     def check_patterns(self) -> None:
         """Check new matches and deadlines after a loop."""
         has_changed = self.changes.take_pending()
-        if self._first.requires_absence and has_changed:
+        if self._first_pattern.requires_absence and has_changed:
             for tables, current_matches in self.find_current_matches():
                 for values in current_matches - self._earlier_matches.get(tables.name, set()):
                     self._handle_first_match(tables, values)
                 self._earlier_matches[tables.name] = current_matches
         for tables, (_, second_probe) in self.probes.items():
             # checked here, since no match is reported if the second pattern has matched before the first
-            if tables.name in self._newly_matched_agents or (has_changed and self._second.requires_absence):
+            if tables.name in self._newly_matched_agents or (
+                has_changed and self._second_pattern.requires_absence
+            ):
                 for values in second_probe.find_matches():
                     self._handle_second_match(tables, values)
         self._newly_matched_agents.clear()
@@ -239,7 +248,8 @@ class AfterMonitor(PatternMonitor):
     def _report(self, values: BoundValues, limit_text: str) -> None:
         bindings = _format_bindings(self._shared_variables, values)
         self.scene.report(
-            f"{self._second.text} has not matched {limit_text}, after {self._first.text}{bindings}"
+            f"{self._second_pattern.text} has not matched {limit_text}, "
+            f"after {self._first_pattern.text}{bindings}"
         )
 
     def state(self) -> Hashable:

@@ -26,16 +26,17 @@ class PropertyWatch:
     """
 
     def __init__(self, properties: Iterable[Property], agents: Sequence[Run], clock: Clock) -> None:
-        self._tables: dict[Run, FactTables] = {}
+        self._tables_by_agent: dict[Run, FactTables] = {}
         self._monitors = [
-            property_.make_monitor(Scene(property_.name, clock, self._tables)) for property_ in properties
+            property_.make_monitor(Scene(property_.name, clock, self._tables_by_agent))
+            for property_ in properties
         ]
         for agent in agents:
             self.joined(agent)
 
     def joined(self, agent: Run) -> None:
         """Watch an agent that joins the run, at its start or after a restart, and is not loaded yet."""
-        tables = self._tables[agent] = FactTables(agent.executive.env)
+        tables = self._tables_by_agent[agent] = FactTables(agent.executive.env)
         for monitor in self._monitors:
             monitor.joined(tables)
             if monitor.event_types:
@@ -43,7 +44,7 @@ class PropertyWatch:
 
     def left(self, agent: Run) -> None:
         """Forget an agent that was killed."""
-        tables = self._tables.pop(agent)
+        tables = self._tables_by_agent.pop(agent)
         for monitor in self._monitors:
             monitor.left(tables)
 

@@ -125,7 +125,7 @@ def test_page_shows_violation_and_opens_run_at_fault(tmp_path: Path) -> None:
     assert set(pages) == set(range(5))
     with_example = replace(result, counterexamples={no_talk: example})
     stories = write_violation_pages(with_example.counterexamples, file)
-    write_page(with_example, None, file, "cxbridge explore", pages=pages, stories=stories)
+    write_page(with_example, None, file, "cxbridge explore", run_addresses=pages, stories=stories)
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
     assert shown.dom.index("The shortest run with the violation") < shown.dom.index("What faults lead to")

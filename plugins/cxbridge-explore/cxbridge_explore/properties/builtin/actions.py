@@ -13,7 +13,8 @@ from cxbridge_explore.properties.tables import FactTables
 from cxbridge_studio.explain.preconditions import Atom, Preconditions, ground_predicate, parse_fields
 
 _ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")
-_WAITING_STATES: Final = frozenset({"FORMULATED", "PENDING"})
+_UNSTARTED_STATES: Final = frozenset({"FORMULATED", "PENDING"})
+# In the state WAITING, an executor has already taken the action, and waits for the start of its work.
 _STARTED_STATES: Final = frozenset({"WAITING", "RUNNING"})
 
 ActionKey = tuple[str, str, str, str]  # environment, and the ids of goal, plan and action
@@ -43,11 +44,11 @@ class ObservedAction:
         return goal
 
 
-def _drop_agent(texts: Mapping[ActionKey, str], agent: str) -> dict[ActionKey, str]:
-    """Return the texts of the actions of other agents."""
+def _drop_agent(values: Mapping[ActionKey, str], agent: str) -> dict[ActionKey, str]:
+    """Return the values by action, such as states, without those of an agent."""
     return {
-        (environment, goal, plan, action): text
-        for (environment, goal, plan, action), text in texts.items()
+        (environment, goal, plan, action): value
+        for (environment, goal, plan, action), value in values.items()
         if environment != agent
     }
 
@@ -55,6 +56,7 @@ def _drop_agent(texts: Mapping[ActionKey, str], agent: str) -> dict[ActionKey, s
 class ActionMonitor(Monitor):
     """The base class of monitors of plan-actions, whose states it follows."""
 
+    # followed so that their facts are cached, see `FactTables.follow`
     templates = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
 
     def __init__(self, scene: Scene) -> None:
@@ -83,7 +85,7 @@ class ActionMonitor(Monitor):
             self.on_start(tables, self._make_action(tables, key, slots))
         elif state == "FINAL":
             self.on_end(tables, self._make_action(tables, key, slots))
-        elif state in _WAITING_STATES:
+        elif state in _UNSTARTED_STATES:
             self.on_wait(key)
 
     @staticmethod
@@ -108,7 +110,7 @@ class ActionMonitor(Monitor):
         """Handle an action that waits for its start: a new action, or an action that the agent retries."""
 
     def on_end(self, tables: FactTables, action: ObservedAction) -> None:
-        """Handle the end of an action, after its effects were applied."""
+        """Handle the successful end of an action, after its effects were applied."""
 
 
 class PreconditionMonitor(ActionMonitor):
@@ -132,8 +134,8 @@ class SingleExecutionMonitor(ActionMonitor):
     """Checks that nothing is executed twice.
 
     A plan-action has one skill call, unless the agent resets the action for a retry. No action starts if an
-    action of the same operator has achieved the same effects, for another goal or with another robot, and
-    the effects still hold. An action without effects may be repeated.
+    action of the same operator has achieved the same effects, even for another goal or with another robot,
+    and the effects still hold. An action without effects may be repeated.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -188,6 +190,7 @@ class SingleExecutionMonitor(ActionMonitor):
         }
 
     def on_wait(self, key: ActionKey) -> None:
+        """Forget the skill call of an action, which has a further call if the agent retries the action."""
         self._calls.pop(key, None)
 
     def on_start(self, tables: FactTables, action: ObservedAction) -> None:
@@ -214,7 +217,10 @@ class SingleExecutionMonitor(ActionMonitor):
 
     @staticmethod
     def _select_purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
-        """Return the atoms that an action makes true; without such atoms, the atoms made false."""
+        """Return the atoms that an action makes true; without such atoms, the atoms made false.
+
+        Thus two moves to the same place count as the same, although they start at different places.
+        """
         return frozenset((is_true, atom) for is_true, atom in effects if is_true) or effects
 
     @staticmethod

@@ -1,14 +1,12 @@
-"""Monitors of the end of a run: the run ends, has no errors of CLIPS, and releases its Skillers."""
+"""Monitors of a whole run: the run ends, has no errors in rules, and releases its Skillers."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
+from cxbridge.run.stuck import RULE_ERROR_CODE
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
-
-# The start of the message in which CLIPS names the rule of an error. The message before describes the error.
-_RULE_ERROR_PREFIX: Final = "[PRCCODE4]"
 
 _SKILLER_TYPE: Final = "SkillerInterface"
 
@@ -21,10 +19,10 @@ class RunEndMonitor(Monitor):
         if end.ending is not Ending.OVER:
             failure = "is stuck" if end.ending is Ending.STUCK else "has not ended"
             reason = f": {end.reason}" if end.reason else ""
-            self.scene.report(f"the run {failure}{reason}", goal=self._open_goal())
+            self.scene.report(f"the run {failure}{reason}", goal=self._find_open_goal())
 
-    def _open_goal(self) -> str:
-        """Return the id of a root goal that is not finished; empty without such a goal."""
+    def _find_open_goal(self) -> str:
+        """Return the id of a root goal that is not RETRACTED; empty without such a goal."""
         for tables in self.scene.tables:
             for slots in tables.facts("goal"):
                 if slots["parent"] == "nil" and slots["mode"] != "RETRACTED":
@@ -33,18 +31,18 @@ class RunEndMonitor(Monitor):
 
 
 class ErrorMonitor(Monitor):
-    """Checks that no rule has a run-time error."""
+    """Checks that no rule, and no Python function that a rule calls, has a run-time error."""
 
     event_types = (LogLine,)
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self._last_error = ""
+        self._last_error = ""  # describes the error, before a message with `RULE_ERROR_CODE` names the rule
 
     def handle_event(self, event: Event) -> None:
         self.is_evaluated = True
         if isinstance(event, LogLine) and event.level is Level.ERROR:
-            if event.text.startswith(_RULE_ERROR_PREFIX):
+            if event.text.startswith(RULE_ERROR_CODE):
                 # without an earlier message, two spaces would follow each other
                 self.scene.report(f"an error in a rule: {self._last_error} {event.text}".replace("  ", " "))
             self._last_error = event.text

@@ -9,7 +9,8 @@ from typing import Final
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 from cxbridge_explore.properties.tables import FactTables, Slots
 
-# The limit in seconds for a goal that stays in a mode without waiting for anything.
+# The limit in seconds for a goal that stays in a mode without waiting for anything. It is chosen freely, and
+# documented in docs/explore.md.
 REST_LIMIT_S: Final = 60.0
 
 _RETRACTED: Final = "RETRACTED"
@@ -20,7 +21,6 @@ _WORKING_STATES: Final = frozenset(
 
 
 def _goals_by_id(tables: FactTables) -> dict[str, Slots]:
-    """Return the goals by id."""
     return {str(slots["id"]): slots for slots in tables.facts(_GOAL)}
 
 
@@ -35,7 +35,7 @@ def _may_be_removed(goal: Slots) -> bool:
 
 
 def _trace_lineage(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
-    """Yield a goal and its parents, each once even in a cycle."""
+    """Yield a goal and the goals above it, each once even in a cycle."""
     lineage: dict[str, Slots] = {}
     parent: Slots | None = goal
     while parent is not None and str(parent["id"]) not in lineage:
@@ -47,7 +47,7 @@ def _trace_lineage(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
 class GoalRetractionMonitor(Monitor):
     """Checks that each goal is RETRACTED in the end, or removed with a RETRACTED parent.
 
-    MAINTAIN goals are exempt.
+    At the end, MAINTAIN goals and the goals below them are exempt.
     """
 
     templates = (_GOAL,)
@@ -76,12 +76,12 @@ class GoalRetractionMonitor(Monitor):
         for tables, last_slots in self._last_slots.items():
             goals = _goals_by_id(tables)
             self.is_evaluated |= bool(goals)
-            removed_goals = [goal for name, goal in last_slots.items() if name not in goals]
+            removed_goals = [goal for goal_id, goal in last_slots.items() if goal_id not in goals]
             for goal in removed_goals:
                 if not any(_may_be_removed(ancestor) for ancestor in _trace_lineage(goal, last_slots)):
-                    name, mode = goal["id"], goal["mode"]
-                    self.scene.report(f"goal {name} was removed in mode {mode}", goal=name)
-            # in a second loop, since the parents of a removed goal may be removed at the same time
+                    goal_id, mode = goal["id"], goal["mode"]
+                    self.scene.report(f"goal {goal_id} was removed in mode {mode}", goal=goal_id)
+            # in a second loop, since the goals above a removed goal may be removed at the same time
             for goal in removed_goals:
                 del last_slots[goal["id"]]
 
@@ -91,10 +91,10 @@ class GoalRetractionMonitor(Monitor):
             return
         for tables in self.scene.tables:
             goals = _goals_by_id(tables)
-            for name, goal in goals.items():
+            for goal_id, goal in goals.items():
                 lineage = _trace_lineage(goal, goals)
                 if not any(_may_be_removed(ancestor) or _is_maintained(ancestor) for ancestor in lineage):
-                    self.scene.report(f"goal {name} is {goal['mode']} at the end", goal=name)
+                    self.scene.report(f"goal {goal_id} is {goal['mode']} at the end", goal=goal_id)
 
 
 class IdleGoalMonitor(Monitor):
@@ -118,14 +118,15 @@ class IdleGoalMonitor(Monitor):
         if self.changes.take_pending():
             earlier_rests, self._rests = self._rests, {}
             for tables in self.scene.tables:
-                for name, mode in self._find_resting_goals(tables):
-                    earlier_mode, begin_s = earlier_rests.get((tables.name, name), (mode, now_s))
-                    self._rests[tables.name, name] = mode, begin_s if earlier_mode == mode else now_s
+                for goal_id, mode in self._find_resting_goals(tables):
+                    earlier_mode, begin_s = earlier_rests.get((tables.name, goal_id), (mode, now_s))
+                    self._rests[tables.name, goal_id] = mode, begin_s if earlier_mode == mode else now_s
             self.is_evaluated |= bool(self._rests)
-        for (_, name), (mode, begin_s) in self._rests.items():
+        for (_, goal_id), (mode, begin_s) in self._rests.items():
             if now_s - begin_s > REST_LIMIT_S:
                 self.scene.report(
-                    f"goal {name} has been {mode} for {REST_LIMIT_S:g} s and waits for nothing", goal=name
+                    f"goal {goal_id} has been {mode} for {REST_LIMIT_S:g} s and waits for nothing",
+                    goal=goal_id,
                 )
 
     def _find_resting_goals(self, tables: FactTables) -> Iterator[tuple[str, str]]:
@@ -142,19 +143,19 @@ class IdleGoalMonitor(Monitor):
             busy_goal_ids |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
         parent_ids = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
         has_locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
-        for name, goal in goals.items():
+        for goal_id, goal in goals.items():
             mode = str(goal["mode"])
             lacks_resources = goal["required-resources"] != goal["acquired-resources"]
             is_waiting = (
                 mode == _RETRACTED
                 or _is_maintained(goal)
-                or name in busy_goal_ids
-                or name in parent_ids  # waits for its sub-goals, which are checked separately
+                or goal_id in busy_goal_ids
+                or goal_id in parent_ids  # waits for its sub-goals, which are checked separately
                 or (mode == "FORMULATED" and len(goals) > 1)  # waits for its selection
-                or (mode == "COMMITTED" and has_locks and lacks_resources)
+                or (mode == "COMMITTED" and has_locks and lacks_resources)  # waits for a lock
             )
             if not is_waiting:
-                yield name, mode
+                yield goal_id, mode
 
     def state(self) -> Hashable:
         now_s = self.scene.seconds

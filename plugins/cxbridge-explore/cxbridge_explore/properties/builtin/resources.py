@@ -9,7 +9,8 @@ from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 from cxbridge_explore.properties.tables import FactTables
 
 _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
-_IDENTITY_KEY: Final = ("cx", "identity")  # of the wm-fact with the name in `locked-by` of the agent's locks
+# The key of the wm-fact with the name of the agent. A mutex names its holder in the slot `locked-by`.
+_IDENTITY_KEY: Final = ("cx", "identity")
 
 
 def _find_acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
@@ -27,14 +28,14 @@ class ResourceHolderMonitor(Monitor):
     def check(self) -> None:
         if not self.changes.take_pending():
             return
-        holders: dict[str, str] = {}
+        first_holders: dict[str, str] = {}  # by resource
         for tables in self.scene.tables:
             # Goals of different agents may have the same id.
             agent = f" of {tables.name}" if len(self.scene.tables) > 1 else ""
             for resource, goal in _find_acquired_resources(tables):
                 self.is_evaluated = True
                 holder = f"{goal}{agent}"
-                first_holder = holders.setdefault(resource, holder)
+                first_holder = first_holders.setdefault(resource, holder)
                 if first_holder != holder:
                     self.scene.report(
                         f"{first_holder} and {holder} both hold the resource {resource}", goal=goal
