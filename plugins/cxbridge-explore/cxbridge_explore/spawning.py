@@ -1,4 +1,7 @@
-"""Starts processes of multiprocessing without the untrusted working directory in `sys.path`."""
+"""Starts processes of multiprocessing without the working directory in `sys.path`.
+
+A file in the working directory could replace an imported module.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,8 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
 def start_safe_process(target: Callable[..., None], *arguments: object) -> BaseProcess:
     """Start a process without the working directory on its path.
 
-    The new process ends with the calling process, and its child processes have the user's path again.
+    The calling process ends the new process when it exits, unless it is killed. The child processes of the
+    new process have the user's path again.
     """
     user_setting = os.environ.get(_SAFE_PATH_VARIABLE)
     with safe_spawn_context() as context:
@@ -63,7 +67,8 @@ def safe_process_pool(process_count: int) -> Iterator[ProcessPoolExecutor]:
 def describe_exit(status: int | None) -> str:
     """Return the end of a process as text.
 
-    :param status: the exit status, or the negative number of the signal that has ended the process.
+    :param status: the exit status, or the negative number of the signal that has ended the process. None is
+        the status of a running process.
     """
     return f"signal {-status}" if status is not None and status < 0 else f"exit status {status}"
 

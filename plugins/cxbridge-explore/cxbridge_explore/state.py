@@ -35,11 +35,11 @@ _STATELESS_FEATURES: Final = frozenset(
 
 _GENERATED_NAME: Final = re.compile(r"gen\d+")
 _EPOCH_S: Final = VIRTUAL_EPOCH_US // MICROSECONDS
-# A number counts as a time if it is at most this many seconds after the epoch of the virtual clock. No run is
-# longer.
+# A number counts as a time if it is less than this many seconds after the epoch of the virtual clock. The
+# limit is chosen freely: 116 days, longer than a run.
 _MAX_RUN_S: Final = 10_000_000
 
-_MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
+_MESSAGE_ID_SLOTS: Final = frozenset({"msgid", "msg-id"})
 # The word after each opening parenthesis in CLIPS code: the names of called functions, and further words.
 _CALLED_FUNCTION: Final = re.compile(r"\(([^\s()\"]+)")
 
@@ -68,6 +68,7 @@ class StateReader:
 
     def __init__(self, run: ExploredRun) -> None:
         self._run = run
+        # empty if the agents have no hidden state; None until the first choice point, when they are loaded
         self._hidden_reason: str | None = None
 
     def compute_digest(self, point: ChoicePoint) -> tuple[bytes, str]:
@@ -92,7 +93,9 @@ class StateReader:
         normalizer = _Normalizer(self._run.assembly.clock.now_us())
         world_state = self._run.state()
         if world_state is None:
-            raise HiddenStateError("the progress of the skill board's executors is not visible")
+            raise HiddenStateError(
+                "the progress of the world's events or of the skill board's executors is not visible"
+            )
         return (
             normalizer.normalize(point.subject),
             tuple(_read_agent_state(agent, normalizer) for agent in self._agents),
@@ -116,29 +119,33 @@ class _Normalizer:
         self._message_numbers: dict[int, int] = {}
         self._numbered_skills: dict[str, str] = {}
 
-    def number_skill(self, skill: str, message: object) -> None:
+    def number_skill(self, skill: str, message_id: object) -> None:
         """Record the id of a fact ``skill``, which ends with a message id, for numbering."""
-        id_suffix = f"-{message}"
-        if isinstance(message, int) and skill.endswith(id_suffix):
-            number = self._message_numbers.setdefault(message, len(self._message_numbers))
+        id_suffix = f"-{message_id}"
+        if isinstance(message_id, int) and skill.endswith(id_suffix):
+            number = self._message_numbers.setdefault(message_id, len(self._message_numbers))
             self._numbered_skills[skill] = f"{skill.removesuffix(id_suffix)}-#{number}"
 
-    def blur_last_try(self, slots: dict[str, Value], seconds: float) -> None:
-        """Replace an old time in ``last-try``, since rules only test whether some seconds have passed."""
+    def blur_last_try(self, slots: dict[str, Value], retry_s: float) -> None:
+        """Replace a time in ``last-try`` that is older than ``retry_s``: rules test only whether it is."""
         match slots["last-try"]:
             case (int() as last_s, int() as microseconds):
                 age_us = self._now_us - last_s * MICROSECONDS - microseconds
-                if age_us > seconds * MICROSECONDS:
+                if age_us > retry_s * MICROSECONDS:
                     slots["last-try"] = Symbol("long-ago")
 
     def normalize(self, value: object) -> Hashable:
-        """Return a value with relative times, and with numbers in place of generated names."""
+        """Return a value with relative times, and with numbers in place of generated names.
+
+        Values of types that facts do not have are represented by their :func:`repr`.
+        """
         if isinstance(value, str):
             value = self._numbered_skills.get(value, value)
             return _GENERATED_NAME.sub(self._rename, value) if "gen" in value else str(value)
         if isinstance(value, int | float):
             return ("time", round(value - self._now_s, 6)) if self._is_time(value) else value
         if isinstance(value, frozenset | set):
+            # sorted before, too, since generated names are numbered by their first occurrence
             return "set", tuple(sorted(repr(self.normalize(item)) for item in sorted(value, key=repr)))
         if isinstance(value, tuple | list):
             return self._normalize_sequence(value)
@@ -165,10 +172,13 @@ class _Normalizer:
         return 0 <= value - _EPOCH_S < _MAX_RUN_S
 
     def normalize_slots(self, values: Mapping[str, object]) -> Hashable:
-        """Return the slots of a fact, or the fields of an interface."""
+        """Return the normalised values of the slots of a fact, or of the fields of an interface.
+
+        Numbers replace message ids other than 0, which stands for no message.
+        """
         return tuple(
             self._message_numbers.setdefault(value, len(self._message_numbers))
-            if name in _MESSAGE_IDS and isinstance(value, int) and value
+            if name in _MESSAGE_ID_SLOTS and isinstance(value, int) and value
             else self.normalize(value)
             for name, value in values.items()
         )
@@ -255,15 +265,15 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
 
 def _find_drawing_functions(env: ClipsEnvironment) -> set[str]:
     """Return the functions that draw random numbers, directly or through other functions."""
-    calls: dict[str, set[str]] = {}
+    calls_by_function: dict[str, set[str]] = {}
     for function in items_of(lib.GetNextDeffunction, env.c_env):
         text = lib.DeffunctionPPForm(function)
         called_functions = set(_CALLED_FUNCTION.findall("" if text == NULL else decode(text)))
-        calls[decode(lib.DeffunctionName(function))] = called_functions
+        calls_by_function[decode(lib.DeffunctionName(function))] = called_functions
     drawing_functions = {"random", "seed"}
     # repeat, since the callers of added functions draw, too
     while (
-        callers := {name for name, called_functions in calls.items() if called_functions & drawing_functions}
+        callers := {name for name, called in calls_by_function.items() if called & drawing_functions}
         - drawing_functions
     ):
         drawing_functions |= callers

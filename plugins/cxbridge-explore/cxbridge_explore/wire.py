@@ -22,9 +22,10 @@ from cxbridge_explore.worlds.points import ChoicePoint, Step
 class StartReport(Struct, frozen=True, tag=True):
     """A process has started, or the loader has loaded the scenario.
 
-    A copy sends two such reports: its parent sends the first on the copy's connection before the fork.
+    The loader sends a report when it has started, and another when it has loaded the scenario. About a copy,
+    two reports arrive on the copy's connection: one from its parent before the fork, one from the copy.
 
-    :param pid: the id of the process; 0 in the report before the fork.
+    :param pid: the id of the process; 0 in a report before the fork.
     :param edge: the edge of a copy; None in reports of the loader.
     """
 
@@ -61,7 +62,7 @@ class EndReport(Struct, frozen=True, tag=True):
 
 
 class RefusalReport(Struct, frozen=True, tag=True):
-    """The scenario cannot be explored.
+    """The exploration cannot continue: the scenario is invalid, or a process cannot fork.
 
     :param text: the error message.
     """

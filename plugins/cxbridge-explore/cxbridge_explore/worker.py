@@ -43,17 +43,18 @@ class ExplorationProcess:
 
     def __init__(self, address: str) -> None:
         self._address = address
-        self._copies: list[int] = []
+        self._copy_pids: list[int] = []
         self.connection = connect(address)
         send(self.connection, StartReport(os.getpid()))
 
     def fork_copy(self, edge: Edge) -> bool:
         """Fork this process for an edge; return True in the copy.
 
-        The connection of the copy is opened before the fork, so that the coordinator notices each death.
+        The connection of the copy is opened before the fork, so that the coordinator notices each death. If
+        the system cannot make another process, this process reports so and exits.
         """
         # the system keeps an ended copy until its parent has asked for its end
-        self._copies = [pid for pid in self._copies if not forking.has_ended(pid)]
+        self._copy_pids = [pid for pid in self._copy_pids if not forking.has_ended(pid)]
         connection = connect(self._address)
         send(connection, StartReport(0, edge))
         try:
@@ -63,12 +64,12 @@ class ExplorationProcess:
             send(self.connection, RefusalReport(reason))
             exit_process(1)
         if pid:
-            self._copies.append(pid)
+            self._copy_pids.append(pid)
             connection.close()  # in this process; the copy has the same connection open
             return False
         self.connection.close()
         self.connection = connection
-        self._copies.clear()  # the earlier copies are children of the parent
+        self._copy_pids.clear()  # the earlier copies are children of the parent
         send(connection, StartReport(os.getpid(), edge))
         return True
 

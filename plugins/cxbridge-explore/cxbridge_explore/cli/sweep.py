@@ -91,7 +91,7 @@ def sweep(agent_options: _AgentOptions, sweep_options: _SweepOptions, outputs: _
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --csv out/sweep.csv
     """
-    from cxbridge_explore.sweep.files import write_csv
+    from cxbridge_explore.sweep.csv_file import write_csv
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.summary import AgentComparison, summarize_rows
 

@@ -18,7 +18,9 @@ from cxbridge_explore.spawning import describe_exit, start_safe_process
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 from cxbridge_explore.sweep.worker import run_worker
 
-MAX_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
+# The number of worker deaths after which a seed counts as crashed, as for an edge of an exploration. A death
+# may have another cause than the seed.
+MAX_DEATHS: Final = 3
 
 _LOADING_KEY: Final = None  # in place of a seed, for deaths of workers that have not loaded the scenario
 
@@ -60,6 +62,7 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
     :param job: the common part of all runs.
     :raises CxbridgeError: if the scenario or the world is invalid, or does not load.
     """
+    # each worker gets at least two chunks, if there are enough seeds
     chunk_size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * process_count)))
     starts = range(0, len(seeds), chunk_size)
     chunks = deque(list(seeds[start : start + chunk_size]) for start in starts)

@@ -13,19 +13,20 @@ from cxbridge_explore.worlds.run import WorldRun
 
 
 class GoalCounter:
-    """Counts the outcomes of goals by class. The event bus calls the instance with each event."""
+    """Counts the outcomes of goals by class. The event bus calls the instance with each transition."""
 
     def __init__(self) -> None:
-        self._ends: dict[str, tuple[str, str]] = {}  # class and last outcome, by the id of the goal
+        # class and last outcome, by agent and id: the agents of a team have goals with equal ids
+        self._last_outcomes: dict[tuple[str, str], tuple[str, str]] = {}
 
     def __call__(self, event: Event) -> None:
         if isinstance(event, GoalTransition) and event.outcome not in ("", "UNKNOWN"):
-            self._ends[event.goal] = event.goal_class, event.outcome
+            self._last_outcomes[event.env, event.goal] = event.goal_class, event.outcome
 
     def counts_by_class(self) -> dict[str, dict[str, int]]:
         """Return the number of goals by class and outcome."""
         counts_by_class: dict[str, dict[str, int]] = {}
-        for (goal_class, outcome), count in Counter(self._ends.values()).items():
+        for (goal_class, outcome), count in Counter(self._last_outcomes.values()).items():
             counts_by_class.setdefault(goal_class, {})[outcome] = count
         return counts_by_class
 

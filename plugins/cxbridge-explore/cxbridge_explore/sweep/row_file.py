@@ -27,22 +27,25 @@ class RowFile(Closing):
     """A file of rows, each a line of JSON. New rows are appended.
 
     :param file: the path; a missing file is created.
-    :raises CxbridgeError: if a line is not a row, or the file cannot be read or written.
+    :raises CxbridgeError: if a complete line is not a row, or the file cannot be read or written.
     """
 
     def __init__(self, file: Path) -> None:
         self._file = file
         self._rows: dict[str, dict[int, RunRow]] = {}
         try:
-            complete_size = self._read_rows(file.read_bytes()) if file.exists() else 0
+            complete_bytes = self._read_rows(file.read_bytes()) if file.exists() else 0
             self._output: IO[bytes] = file.open("ab")
-            self._output.truncate(complete_size)  # removes an incomplete last line
+            self._output.truncate(complete_bytes)  # removes an incomplete last line
         except OSError as error:
             raise CxbridgeError(f"cannot be used: {error.strerror}", file=file) from error
 
     def _read_rows(self, file_bytes: bytes) -> int:
-        """Read the existing rows and return the number of bytes in complete lines."""
-        complete_size = 0
+        """Read the existing rows and return the number of bytes in complete lines.
+
+        :raises CxbridgeError: if a complete line is not a row.
+        """
+        complete_bytes = 0
         for number, line in enumerate(file_bytes.splitlines(keepends=True), 1):
             if not line.endswith(b"\n"):
                 break  # the writer was killed in the middle of the line
@@ -53,8 +56,8 @@ class RowFile(Closing):
                     f"is not a row of a sweep: {error}", file=self._file, line=number
                 ) from None
             self._rows.setdefault(decoded_line.agent, {})[decoded_line.row.seed] = decoded_line.row
-            complete_size += len(line)
-        return complete_size
+            complete_bytes += len(line)
+        return complete_bytes
 
     def find_earlier_rows(self, agent: str) -> dict[int, RunRow]:
         """Return the rows of an agent from earlier sweeps, by seed."""

@@ -19,7 +19,8 @@ class SweepJob:
 
     :param options: the options of ``cxbridge run``.
     :param world: the file of the world; None for the file in the scenario's folder, or the default world.
-    :param cpu_limit_s: the processor time after which a run counts as crashed.
+    :param cpu_limit_s: the processor time in seconds after which a run counts as crashed. Systems that cannot
+        fork do not limit it. The default is chosen freely.
     """
 
     options: RunOptions

@@ -93,9 +93,9 @@ def mean_interval(values: Sequence[float]) -> Interval:
     """Return the mean of a sample with its confidence interval.
 
     Large samples use the normal distribution. For small samples, the centre of a symmetric distribution is
-    equally probable between any two neighbouring means of subsets (Hartigan 1969): the interval excludes zero
-    exactly if the permutation test of signs does. Five values or fewer have no interval, even if they are
-    equal.
+    equally probable between any two neighbouring means of subsets (Hartigan 1969). With all subsets, the
+    interval excludes zero exactly if the permutation test of signs does; random subsets approximate this.
+    Five values or fewer have no interval, even if they are equal.
 
     :param values: the sample; at least one value.
     """
@@ -112,7 +112,7 @@ def mean_interval(values: Sequence[float]) -> Interval:
 
 
 def _compute_subset_means(values: Sequence[float]) -> Iterator[float]:
-    """Yield the means of all subsets, or of a limited number of random subsets.
+    """Yield the means of all subsets except the empty one, or of :data:`_MAX_SUBSETS` random ones.
 
     A subset is a bit mask: bit ``n`` selects the value ``n``.
     """

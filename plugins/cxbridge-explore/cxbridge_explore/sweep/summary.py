@@ -10,7 +10,7 @@ from typing import Any, Final
 from cxbridge_explore.sweep.rows import RunRow
 from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion_interval, summarize_sample
 
-MAX_LISTED_SEEDS: Final = 10
+MAX_LISTED_SEEDS: Final = 10  # by outcome, or of a comparison; chosen freely
 
 
 def summarize_rows(rows: Sequence[RunRow]) -> dict[str, Any]:
@@ -54,37 +54,46 @@ def rank_differences(differences: Mapping[int, float]) -> list[int]:
 class AgentComparison:
     """The comparison of two agents in the same worlds.
 
-    :param first: the rows of the first agent by seed.
-    :param second: the rows of the second agent, for the same seeds.
+    :param first_rows: the rows of the first agent by seed.
+    :param second_rows: the rows of the second agent, for the same seeds.
     """
 
-    first: Mapping[int, RunRow]
-    second: Mapping[int, RunRow]
+    first_rows: Mapping[int, RunRow]
+    second_rows: Mapping[int, RunRow]
 
     @property
     def completion_difference(self) -> Interval:
         """The difference in the share of completed runs, second minus first."""
         return mean_interval(
-            [float(self.second[seed].is_completed) - row.is_completed for seed, row in self.first.items()]
+            [
+                float(self.second_rows[seed].is_completed) - row.is_completed
+                for seed, row in self.first_rows.items()
+            ]
         )
 
     @property
     def makespan_difference(self) -> Interval | None:
-        """The difference in makespan in seconds, second minus first, over runs that both complete."""
+        """The difference in makespan in seconds, second minus first, over the seeds with two completed runs.
+
+        None if there is no such seed.
+        """
         differences = self._makespan_differences()
         return mean_interval(list(differences.values())) if differences else None
 
     def _makespan_differences(self) -> dict[int, float]:
         return {
-            seed: self.second[seed].makespan - row.makespan
-            for seed, row in self.first.items()
-            if row.is_completed and self.second[seed].is_completed
+            seed: self.second_rows[seed].makespan - row.makespan
+            for seed, row in self.first_rows.items()
+            if row.is_completed and self.second_rows[seed].is_completed
         }
 
     def most_different_seeds(self) -> list[int]:
-        """Return the most different seeds: first the seeds with different outcomes, then by makespan."""
+        """Return up to :data:`MAX_LISTED_SEEDS` seeds: first those with different outcomes.
+
+        Then come the seeds with two completed runs, the largest difference in makespan first.
+        """
         differing_seeds = [
-            seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
+            seed for seed, row in self.first_rows.items() if row.outcome != self.second_rows[seed].outcome
         ]
         return [*differing_seeds, *rank_differences(self._makespan_differences())][:MAX_LISTED_SEEDS]
 
@@ -96,8 +105,11 @@ class AgentComparison:
             "seeds": [
                 {
                     "seed": seed,
-                    "outcomes": [self.first[seed].outcome, self.second[seed].outcome],
-                    "makespans": [round(self.first[seed].makespan, 6), round(self.second[seed].makespan, 6)],
+                    "outcomes": [self.first_rows[seed].outcome, self.second_rows[seed].outcome],
+                    "makespans": [
+                        round(self.first_rows[seed].makespan, 6),
+                        round(self.second_rows[seed].makespan, 6),
+                    ],
                 }
                 for seed in self.most_different_seeds()
             ],

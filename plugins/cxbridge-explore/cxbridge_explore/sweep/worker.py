@@ -1,7 +1,8 @@
 """The worker process of a sweep, which loads the scenario once, and forks a child for the run of each seed.
 
 The worker receives lists of seeds from its parent. It sends None after loading the scenario, then a row for
-each seed in order; or it sends a :class:`~cxbridge.errors.CxbridgeError` and ends.
+each seed in order; or it sends a :class:`~cxbridge.errors.CxbridgeError` and ends. On a system that cannot
+fork, the worker sends None at once, and loads the scenario for each seed.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def receive_seeds(connection: Connection) -> Iterator[int]:
 class SeedForkChooser:
     """A chooser that forks a child for each seed at the first choice of the run.
 
-    So the scenario is loaded, and the run is played up to its first choice, only once.
+    Loading the scenario and playing up to the first choice thus happen only once.
 
     :param connection: the connection to the parent of the worker.
     :ivar seed: the seed of this child; None in the worker.
@@ -56,7 +57,7 @@ class SeedForkChooser:
 
     def _serve_seeds(self) -> None:
         """Fork a child for each seed. Only the children return."""
-        forking.limit_cpu_seconds(None)
+        forking.limit_cpu_seconds(None)  # each child gets a limit of its own
         self._connection.send(None)
         gc.collect()
         gc.freeze()  # later collections skip the present objects, whose memory pages the children share

@@ -54,7 +54,8 @@ class Distribution:
     def quantile(self, share: float) -> float:
         """Return a quantile.
 
-        :param share: the share of smaller values, from 0 to 1; for an unbounded distribution without 0 and 1.
+        :param share: the share of smaller values, from 0 to 1. A normal distribution has no quantiles of 0
+            and 1.
         """
         return round(min(max(self._unbounded_quantile(share), self.min_s), self.max_s), MAX_DECIMALS)
 
@@ -66,6 +67,7 @@ class Distribution:
             case Shape.UNIFORM:
                 return first + share * (last - first)
             case Shape.NORMAL:
+                # `NormalDist` has no quantiles for a standard deviation of 0
                 return NormalDist(first, last).inv_cdf(share) if last else first
             case Shape.CHOICE:
                 values = sorted(self.parameters)
@@ -75,7 +77,7 @@ class Distribution:
     def draw(self, rng: random.Random) -> float:
         """Draw a value, by the quantile of a random share."""
         share = rng.random()
-        while not share:  # the quantile of 0 is infinite for an unbounded distribution
+        while not share:  # a normal distribution has no quantile of 0
             share = rng.random()
         return self.quantile(share)
 

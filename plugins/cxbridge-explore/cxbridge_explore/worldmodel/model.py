@@ -66,23 +66,23 @@ class DecisionTimes:
 
     period_s: float = 0.0
     begin_s: float = 0.0
-    end_s: float = 10.0
+    end_s: float = 10.0  # chosen freely, and documented in docs/explore.md; it bounds the exploration
 
 
 @dataclass(frozen=True, slots=True)
-class SensedValue:
+class SensedField:
     """A field of an interface whose value the world decides.
 
     :param uid: the ``TYPE::ID`` of the interface, which the world writes.
     :param field_name: the name of the field.
-    :param values: the values with their probabilities, the usual value first.
+    :param weighted_values: pairs of a value and its probability, the usual value first.
     :param times_s: the seconds of the decisions; a value stays until the next decision.
     :param skills: the names of skills whose ends also cause a decision.
     """
 
     uid: str
     field_name: str
-    values: tuple[tuple[str, float], ...]
+    weighted_values: tuple[tuple[str, float], ...]
     times_s: tuple[float, ...] = ()
     skills: tuple[str, ...] = ()
     mark: Mark = field(default=Mark(), compare=False)
@@ -90,7 +90,7 @@ class SensedValue:
 
 @dataclass(frozen=True, slots=True)
 class MessageLoss:
-    """Lost messages to the writer of an interface.
+    """The possible loss of messages to the writer of an interface.
 
     :param uid: the ``TYPE::ID`` of the interface.
     :param message_type: the type of the message; ``*`` matches all messages.
@@ -104,7 +104,7 @@ class MessageLoss:
 
 @dataclass(frozen=True, slots=True)
 class Absence:
-    """A Skiller or an executor that may vanish.
+    """The possible absence of a Skiller or an executor, which vanishes.
 
     :param name: the name of the Skiller, or the id of the executor's interface.
     :param times: the moments of decisions; None for the start of each skill.
@@ -120,7 +120,7 @@ class Absence:
 
 @dataclass(frozen=True, slots=True)
 class Kill:
-    """An agent of a team that may be killed, as by ``kill -9``.
+    """The possible kill of an agent of a team, as by ``kill -9``.
 
     :param agent: the name of the agent; ``*`` matches all agents.
     :param restart_after_s: the seconds until the restart; None for no restart.
@@ -160,7 +160,7 @@ class WorldModel:
 
     skills: tuple[SkillModel, ...] = ()
     default_skill: SkillModel = field(default_factory=lambda: SkillModel(SkillPattern("*")))
-    sensed: tuple[SensedValue, ...] = ()
+    sensed: tuple[SensedField, ...] = ()
     message_losses: tuple[MessageLoss, ...] = ()
     absences: tuple[Absence, ...] = ()
     kills: tuple[Kill, ...] = ()

@@ -17,7 +17,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
-from cxbridge_explore.worldmodel.model import SensedValue, WorldModel
+from cxbridge_explore.worldmodel.model import SensedField, WorldModel
 from cxbridge_studio.check.executor_text import read_executor_skills
 
 _SKILL_NAME: Final = re.compile(r"\w+")
@@ -26,7 +26,7 @@ _SKILL_NAME: Final = re.compile(r"\w+")
 def check_world_of_run(world: WorldModel, run: Run | Team) -> None:
     """Check the names in a world against the scenario of a run.
 
-    :raises ConfigError: if the scenario lacks a name.
+    :raises ConfigError: if the scenario lacks a name, or has a single agent that the world kills.
     """
     agent_names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
     check_world_of_agents(world, list(run.agents), agent_names)
@@ -40,7 +40,7 @@ def check_world_of_agents(
     :param agent_names: the names of the agents; empty for a single agent.
     :param reads_source_code: whether to read the skills of executors from their source code, without
         importing the executors.
-    :raises ConfigError: if the scenario lacks a name.
+    :raises ConfigError: if the scenario lacks a name, or has a single agent that the world kills.
     """
     for agent in agents:
         _check_agent(world, agent, find_known_skills(agent, reads_source_code=reads_source_code))
@@ -95,15 +95,16 @@ def _find_performers(agent: Run) -> set[str]:
     """Return the names of the local Skillers and of the executors on the skill board."""
     board = agent.skill_board
     served_skillers = frozenset[str]() if board is None else board.skillers
+    # The names do not depend on the kind: without configured Skillers, the only one has the default name.
     names = {item.name for item in skiller_settings(agent.config, "simulator", served_skillers)}
     for member in () if board is None else board.agents:
         names.update(executor.name for executor in member.executors)
     return names
 
 
-def _check_name(noun: str, name: str, names: Collection[str], mark: Mark) -> None:
-    if name not in names:
-        hint = did_you_mean(name, names, f"use one of: {', '.join(sorted(set(names) - {'*'}))}")
+def _check_name(noun: str, name: str, known_names: Collection[str], mark: Mark) -> None:
+    if name not in known_names:
+        hint = did_you_mean(name, known_names, f"use one of: {', '.join(sorted(set(known_names) - {'*'}))}")
         raise mark.error(f"there is no {noun} '{name}'", hint)
 
 
@@ -117,7 +118,7 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
         raise mark.error(f"'{uid}' is not a TYPE::ID", "write e.g. BatteryInterface::Robot") from None
 
 
-def _check_sensed(sensed: SensedValue, agent: Run) -> None:
+def _check_sensed(sensed: SensedField, agent: Run) -> None:
     _check_interface(sensed.uid, agent, sensed.mark)
     interface_type, _ = parse_uid(sensed.uid)
     field_names = [field.name for field in agent.registry.schema(interface_type).fields]

@@ -14,7 +14,7 @@ from cxbridge_explore.worldmodel.model import (
     Kill,
     MessageLoss,
     PlannerModel,
-    SensedValue,
+    SensedField,
     SkillFailure,
     SkillModel,
     WorldModel,
@@ -88,7 +88,7 @@ def _parse_failure(failure: Section, *, is_only: bool) -> SkillFailure:
     return SkillFailure(name, error, failure.probability("probability"), failure.duration("after"))
 
 
-def _parse_sensed(sensed: Section) -> SensedValue:
+def _parse_sensed(sensed: Section) -> SensedField:
     texts = sensed.texts("values")
     if len(texts) < 2 or len(set(texts)) < len(texts):  # noqa: PLR2004 - as the error says
         raise sensed.error("must be at least two different values", "write e.g. [75.0, 3.0]", "values")
@@ -103,11 +103,11 @@ def _parse_sensed(sensed: Section) -> SensedValue:
         if not seconds >= 0:
             raise sensed.error(f"is {seconds:g}", "give the seconds since the start of the run", "at")
     skills = tuple(sensed.texts("after"))
-    return SensedValue(
+    return SensedField(
         sensed.text("interface"),
         sensed.text("field"),
         tuple(zip(texts, weights, strict=True)),
-        tuple(sorted(times)) if times or skills else (0.0,),
+        tuple(sorted(times)) if times or skills else (0.0,),  # without moments: once, at the start
         skills,
         sensed.mark,
     )
@@ -129,6 +129,7 @@ def _parse_absence(skiller: Section) -> Absence:
     return Absence(
         skiller.text("name"),
         skiller.probability("probability"),
+        # once a second by default, while `killed` decides in each loop
         skiller.times("times", period_s=1.0) if "times" in skiller else None,
         skiller.optional_seconds("back"),
         skiller.mark,

@@ -86,7 +86,7 @@ class Section:
         return self._document.get_str(f"{self._path}/{key}", default=default)
 
     def texts(self, key: str) -> Sequence[str]:
-        """Return the texts of a list, or the text of a single value."""
+        """Return the texts of a list, or the text of a single value; empty if the key is missing."""
         path = f"{self._path}/{key}"
         if not self._document.exists(path):
             return ()
@@ -138,6 +138,7 @@ class Section:
         """Return the moments of decisions, from the keys ``every``, ``from`` and ``until``.
 
         :param period_s: the default period.
+        :raises ConfigError: if a number is invalid, or the last moment is before the first.
         """
         default = DecisionTimes(period_s)
         section = self.section(key, ("every", "from", "until"))
@@ -151,7 +152,10 @@ class Section:
         return times
 
     def duration(self, key: str) -> Distribution | None:
-        """Return the distribution at a key, constant for a number; None if the key is missing."""
+        """Return the distribution at a key, constant for a number; None if the key is missing.
+
+        :raises ConfigError: if the value is not exactly one distribution, or a number is invalid.
+        """
         if key not in self:
             return None
         if self._document.exists(f"{self._path}/{key}"):
@@ -170,6 +174,10 @@ class Section:
 
 
 def _parse_parameters(section: Section, shape: Shape) -> tuple[float, ...]:
+    """Return the parameters of a shape.
+
+    :raises ConfigError: if their number, their order or a value is invalid.
+    """
     values, names = section.numbers(shape), PARAMETER_NAMES.get(shape)
     if names is None and not values:
         raise section.error("has no values", "write e.g. choice: [1.0, 2.5]", shape)

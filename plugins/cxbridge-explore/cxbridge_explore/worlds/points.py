@@ -24,6 +24,7 @@ from cxbridge_explore.worldmodel.distributions import Distribution, format_secon
 
 USUAL: Final = 0  # index of the option without a fault
 
+# The name of an option by `make_duration_option`.
 _DURATION_NAME: Final = re.compile(r"takes\(([\d.]+)\)")
 
 

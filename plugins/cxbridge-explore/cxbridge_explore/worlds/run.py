@@ -88,6 +88,8 @@ class WorldRun(Closing):
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make_assembly: makes the program to run.
+    :ivar assembly: the agent or team that plays the run.
+    :ivar choices: the choices so far, and the chooser.
     :raises CxbridgeError: if the scenario or the world is invalid.
     """
 

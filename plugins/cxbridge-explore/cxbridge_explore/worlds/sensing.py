@@ -14,7 +14,7 @@ from cxbridge.interfaces.assignments import assign
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 from cxbridge.run.agent import Run
-from cxbridge_explore.worldmodel.model import MessageLoss, SensedValue
+from cxbridge_explore.worldmodel.model import MessageLoss, SensedField
 from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
 
 _SKILL_NAME: Final = re.compile(r"\w+")
@@ -32,11 +32,11 @@ class SensedChoices:
     """
 
     def __init__(
-        self, sensed: SensedValue, agent: Run, interface: Interface, choices: RunChoices, prefix: str
+        self, sensed: SensedField, agent: Run, interface: Interface, choices: RunChoices, prefix: str
     ) -> None:
         self._sensed, self._interface, self._choices = sensed, interface, choices
         # Setting a value checks the value. In reversed order, the usual value is set last, and stays.
-        for text, _ in reversed(sensed.values):
+        for text, _ in reversed(sensed.weighted_values):
             try:
                 self._set_field(text)
             except InterfaceError as error:
@@ -47,7 +47,7 @@ class SensedChoices:
         # the first value is the usual value, and each further value is a fault
         self._options = tuple(
             Option(text, faults=int(number > 0), weight=weight)
-            for number, (text, weight) in enumerate(sensed.values)
+            for number, (text, weight) in enumerate(sensed.weighted_values)
         )
         if sensed.skills:
             agent.bus.subscribe(self._record_skill_end, SkillStatus)
@@ -77,7 +77,7 @@ class SensedChoices:
 
 
 class MessageChoices(Listener, Closing):
-    """Drops messages to the writer of an interface.
+    """Decides which messages to the writer of an interface are lost.
 
     :param prefix: precedes the subject of each choice, e.g. ``robot1/``.
     """

@@ -56,7 +56,7 @@ class SkillChoices:
         self.results: list[SkillResult] = []  # in the order of the calls
         self.script = ScriptedSkillers(agent, self._usual_deciders)
         self.script.otherwise.does(self._decide_result)
-        agent.execution = self.script.execute
+        agent.execution = self.script.execute  # for the calls on the skill board
 
     def _decide_result(self, call: Call) -> Outcome | None:
         """Decide the result of a call; None if the call ends as in a run without a world."""

@@ -1,6 +1,7 @@
 """Headers, entries and names of bblogger files, as written by Fawkes since 2015-03.
 
-docs/formats.md has the table. The byte order flag and the count are often wrong, so readers use neither.
+docs/formats.md has the table. The byte order flag and the count are often wrong, so readers do not rely on
+them.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ ENTRY_HEADER: Final = struct.Struct("<II")
 """The start of an entry: seconds and microseconds from the start of the logger to the logging."""
 
 MAX_BLOCK_SIZE: Final = 1 << 24
-"""The maximal plausible size of a block in bytes."""
+"""The maximal plausible size of a block in bytes: eight times the default size of Fawkes' blackboard."""
 
 FLAG_OFFSET: Final = len(MAGIC + VERSION)
 """The offset of the byte order flag, whose lowest bit means big endian."""
@@ -149,7 +150,7 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
 def _find_schema(
     interface_type: str, hash_: bytes, data_size: int, registry: InterfaceRegistry
 ) -> tuple[InterfaceSchema | None, str]:
-    """Return the definition of a type, None if no definition fits, and the problem of the definition."""
+    """Return the definition of a type, and its problem; see :class:`Header`."""
     consequence = "; values are left as bytes (other definitions: --interface-dir)"
     try:
         schema = registry.schema(interface_type)

@@ -1,8 +1,9 @@
 """Reader of the files of Fawkes' bblogger, the writes of one interface each; see docs/formats.md.
 
-The reader ignores three unreliable values of the files. The flag for the byte order means "big" on every
-machine. The number of entries is not updated, or not at the end. The time of an entry is that of logging: the
-time of a write is the time stamp within the block.
+The reader does not rely on three values of the files. The flag for the byte order means "big" on every
+machine, and is ignored. The number of entries is not updated, or not at the end: a wrong number causes a
+note. The time of an entry is that of logging: it counts only if the block lacks a valid time stamp of the
+write.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ RAW_FIELD = "block"
 
 # the time stamp at the start of a block: seconds and microseconds
 _STAMP = struct.Struct("<qq")
-_MAX_READ_SIZE = 1 << 18  # in bytes
-_MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
+_MAX_READ_SIZE = 1 << 18  # in bytes; chosen freely: large enough for few reads of small entries
+_MAX_US = (1 << 63) // 1000  # in nanoseconds, times fit a signed integer of 64 bits, and thus mcap files
 
 
 class BBLoggerFile(Run):
@@ -121,21 +122,21 @@ class BBLoggerFile(Run):
         The texts of the repairs are those of ``ffbblog repair``, mistakes in spelling included.
         """
         header, size = self._read_header_and_size()
-        actions, patches = [], []
+        repair_texts, patches = [], []
         if header.says_big_endian:
-            actions.append("FIXING: header says big endian, but the data are little endian, setting")
+            repair_texts.append("FIXING: header says big endian, but the data are little endian, setting")
             patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
         count, extra_size = divmod(size - HEADER_SIZE, header.entry_size)
         if extra_size:
-            actions.append(f"FIXING: errorneous bytes at end of file, truncating by {extra_size} b")
+            repair_texts.append(f"FIXING: errorneous bytes at end of file, truncating by {extra_size} b")
         if header.count != count:
-            actions.append(
+            repair_texts.append(
                 f"FIXING: header has {header.count} data items, but expecting {count}, setting"
                 if header.count
                 else f"FIXING: header of file {self.path} has 0 data items, setting to {count}."
             )
             patches.append((COUNT_OFFSET, pack_count(count)))
-        return actions, partial(_copy_patched_start, self.path, size - extra_size, patches)
+        return repair_texts, partial(_copy_patched_start, self.path, size - extra_size, patches)
 
     def description(self) -> Iterator[str]:
         """Yield the lines of ``ffbblog info``, with a note on a wrong byte order."""
@@ -171,7 +172,7 @@ def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, by
 
 
 class BBLoggerFolder(Run):
-    """A folder of bblogger files, merged by time; unreadable files are left out with a note."""
+    """A folder of bblogger files, merged by time; a file with a bad header is left out with a note."""
 
     format = "bblogger"
 
@@ -184,9 +185,9 @@ class BBLoggerFolder(Run):
                 self.note(f"{run.path.name}: {note}")
 
     def file_runs(self) -> list[BBLoggerFile]:
-        """Return the readable files by name.
+        """Return the files with a readable header, by name; empty if the folder has no bblogger files.
 
-        :raises TraceError: if no file is readable.
+        :raises TraceError: if the folder has bblogger files, but none of them has a readable header.
         """
         runs = []
         first_error: CxbridgeError | None = None

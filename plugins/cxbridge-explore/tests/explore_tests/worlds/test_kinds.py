@@ -16,7 +16,7 @@ from cxbridge_explore.worldmodel.model import (
     Kill,
     MessageLoss,
     PlannerModel,
-    SensedValue,
+    SensedField,
     SkillFailure,
     SkillModel,
     WorldModel,
@@ -101,7 +101,7 @@ def test_path_repeats_drawn_durations():
 
 
 def test_sensed_value_is_written_by_time_and_after_skill():
-    sensed = SensedValue(
+    sensed = SensedField(
         "BatteryInterface::Robot", "current", (("9", 0.9), ("3", 0.1)), times_s=(1.0,), skills=("say",)
     )
     with WorldRun(

@@ -54,7 +54,11 @@ def test_world_has_all_keys():
     assert say.duration.representatives == (3.25, 2.0, 4.5)
     assert world.default_skill.failures == ()
     (sensed,) = world.sensed
-    assert (sensed.values, sensed.times_s, sensed.skills) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
+    assert (sensed.weighted_values, sensed.times_s, sensed.skills) == (
+        (("75", 0.9), ("3", 0.1)),
+        (1.0, 2.0),
+        ("say",),
+    )
     (message,) = world.message_losses
     assert (message.message_type, message.probability) == ("ExecSkill", 0.2)
     assert world.absences[0].times == DecisionTimes(0.5, 0.0, 4.0)

@@ -17,7 +17,7 @@ COLUMNS: Final = ("agent", *(field.name for field in fields(RunRow)))
 
 
 def write_csv(rows_by_agent: Mapping[str, Sequence[RunRow]], file: Path) -> None:
-    """Write the rows as CSV, by agent and seed.
+    """Write the rows as CSV, agent by agent, in the given order.
 
     :raises CxbridgeError: if the file cannot be written.
     """
