@@ -275,12 +275,12 @@ class AgentWorld(Closing):
             # Several fields of an interface may be sensed, but an interface has one writer.
             writers = {
                 uid: stack.enter_context(agent.board.open_for_writing(*parse_uid(uid), owner=OWNER))
-                for uid in dict.fromkeys(value.uid for value in world.sensed)
+                for uid in dict.fromkeys(sensed.uid for sensed in world.sensed)
             }
             for loss in world.message_losses:
                 stack.enter_context(MessageChoices(loss, agent.board, choices, prefix))
             sensed_choices = [
-                SensedChoices(value, agent, writers[value.uid], choices, prefix) for value in world.sensed
+                SensedChoices(sensed, agent, writers[sensed.uid], choices, prefix) for sensed in world.sensed
             ]
             self._absence_choices = [
                 AbsenceChoices(absence, agent, script, choices, prefix) for absence in world.absences
