@@ -113,7 +113,10 @@ class SkillRule:
         return self._add_behaviour(_make_constant_answer(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
-        """Let the calls never end."""
+        """Let the calls never end.
+
+        :raises ValueError: if ``times`` is less than 1.
+        """
         return self._add_behaviour(_make_constant_answer(Outcome(FOREVER_S)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:

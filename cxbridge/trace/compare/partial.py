@@ -93,7 +93,7 @@ def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
 
 
 def find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]:
-    """Yield the relations on which the other runs agree and which the first run breaks.
+    """Yield the relations of the first run that are outside the range of those of the other runs.
 
     A relation is the number of transitions of a goal before a transition of its plan or sub-goal.
 
