@@ -139,7 +139,7 @@ def _run(
         assembly.loop.add(Hook.POST_LOOP, recorder.loop)
         deadline_us = assembly.clock.now_us() + int(options.timeout * MICROSECONDS)
         if replay is not None:
-            deadline_us += replay.length_us
+            deadline_us += replay.length_us  # the run waits for the recorded times
         is_over, loss_reason = False, ""
         # a client, a user or a function of the program may change a run that looks stuck
         may_be_stuck = (

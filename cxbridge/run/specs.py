@@ -146,6 +146,7 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
     # report it, and wait forever
     for stage, path in _find_entries(config, spec):
         name = config.get_str(f"{path}/name", default="")
+        # as in init.clp: an entry of stage-1 requests a feature unless it says otherwise
         is_requested = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
         if is_requested and name not in available:
             raise _make_error(

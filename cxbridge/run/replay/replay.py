@@ -91,8 +91,8 @@ def _cut_recordings(
 
     :raises TraceError: if the recording has nothing to compare.
     """
-    # in partial order, the last transitions of each goal may be missing; the states of Skillers have one
-    # order
+    # in partial order, the recording may lack the last transitions of any goal; the states of Skillers have
+    # one order, so they mark the cut
     types = view.event_types if order is Order.TOTAL else (SkillStatus,)
     count = _count_events(recorded, types)
     if not count:
@@ -102,6 +102,7 @@ def _cut_recordings(
             hint="--replay-order total compares the events that exist",
         )
     if order is Order.PARTIAL:
+        # both are cut at the same state, also if the run has had fewer states
         count = min(count, _count_events(run, types))
     return RunHead(run, count, types), RunHead(recorded, count, types)
 
