@@ -106,7 +106,7 @@ def find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]:
             *((goal, plan) for plan in goal.threads if plan),
         ]
         for owner, plan in inner_threads:
-            # of each run, the first run before the others
+            # by run, beginning with the first run
             outer_goals = [goal, *(partners[goal] for partners in partners_by_goal)]
             inner_steps = [
                 run_owner.threads.get(plan, ())
