@@ -36,7 +36,7 @@ from tests.blackboard.samples import SampleRegistry
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.plugins import example, forget, install
 from tests.run.mini import AGENT, write_scenario
-from tests.support import ROOT, needs_all_plugins
+from tests.support import ROOT, module_files, needs_all_plugins
 
 
 @pytest.fixture
@@ -404,8 +404,10 @@ def test_names_of_plug_ins_of_repository_are_known():
     ],
 )
 def test_error_of_absent_plug_in_names_package(arguments, package, alone, tmp_path, monkeypatch, capsys):
-    for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
-        monkeypatch.delitem(sys.modules, module)
+    # monkeypatch restores the modules, and forgets those that the test imports without the plug-ins' options
+    for module in [name for name in module_files() if name.startswith("cxbridge.cli.commands")]:
+        monkeypatch.setitem(sys.modules, module.removesuffix(".__init__"), sys)
+        del sys.modules[module.removesuffix(".__init__")]
     monkeypatch.setattr("cxbridge.run.agent.installed_plugins", tuple)
     sections = {
         "SCENARIO": "",
@@ -414,8 +416,8 @@ def test_error_of_absent_plug_in_names_package(arguments, package, alone, tmp_pa
         "FAWKES": "cxbridge: {fawkes: {port: 1}}\n",
     }
     places = {name: write_scenario(tmp_path / name, more=text) for name, text in sections.items()}
-    places |= {"RUN": tmp_path / "run.txt", "LOGS": tmp_path / "logs", "LOG": tmp_path / "logs" / "a.log"}
-    places |= {"NEW": tmp_path / "new"}
+    folders = {"LOGS": tmp_path / "logs", "NEW": tmp_path / "new"}
+    places |= folders | {"RUN": tmp_path / "run.txt", "LOG": folders["LOGS"] / "a.log"}
     places["RUN"].write_text("")
     places["LOGS"].mkdir()
     places["LOG"].write_bytes(b"\xff\xbb\xff\xbb\0\0\0\x01")
