@@ -27,7 +27,7 @@ def find_robots(agents: Sequence[Run]) -> dict[str, str]:
         board = agent.skill_board
         for member in () if board is None else board.agents:
             robot_names[member.name] = member.name
-            # calls of the default Skiller have the name of the agent instead, see `_find_performer`
+            # each agent of a team may have a default Skiller, whose calls get the name of the agent
             if member.skiller != DEFAULT_SKILLER:
                 robot_names[member.skiller] = member.name
             robot_names.update({executor.name: member.name for executor in member.executors})

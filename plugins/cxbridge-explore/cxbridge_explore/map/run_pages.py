@@ -42,6 +42,7 @@ def write_run_pages(
     :returns: the address of the page of each chosen run, relative to the page of the exploration, by the
         number of the run's row. The page opens at the last unusual choice of the run.
     :raises CxbridgeError: if a run cannot be played or a page cannot be written.
+    :raises OSError: if the folder cannot be made.
     """
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)

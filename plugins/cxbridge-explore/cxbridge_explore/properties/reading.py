@@ -39,9 +39,8 @@ def read_properties(file: Path) -> list[Property]:
             match item:
                 case YamlScalar(is_null=False):
                     properties.append(read_property(item.text, item.mark))
-                case YamlMap(
-                    pairs=[(YamlScalar() as name, YamlScalar() as form)]
-                ):  # NAME: FORM without quotes
+                # NAME: FORM without quotes is a map in YAML
+                case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
                     properties.append(read_property(f"{name.text}: {form.text}", form.mark))
                 case _:
                     raise item.mark.error("the entry must be a property", _LIST_HINT)

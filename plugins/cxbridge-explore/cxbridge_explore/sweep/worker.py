@@ -57,7 +57,7 @@ class SeedForkChooser:
 
     def _serve_seeds(self) -> None:
         """Fork a child for each seed. Only the children return."""
-        forking.limit_cpu_seconds(None)  # each child gets a limit of its own
+        forking.limit_cpu_seconds(None)  # each child gets its own limit
         self._connection.send(None)
         gc.collect()
         gc.freeze()  # later collections skip the present objects, whose memory pages the children share

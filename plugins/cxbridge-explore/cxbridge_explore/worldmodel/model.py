@@ -90,7 +90,7 @@ class SensedField:
 
 @dataclass(frozen=True, slots=True)
 class MessageLoss:
-    """The possible loss of messages to the writer of an interface.
+    """A possible loss of messages to the writer of an interface.
 
     :param uid: the ``TYPE::ID`` of the interface.
     :param message_type: the type of the message; ``*`` matches all messages.
@@ -104,7 +104,7 @@ class MessageLoss:
 
 @dataclass(frozen=True, slots=True)
 class Absence:
-    """The possible absence of a Skiller or an executor, which vanishes.
+    """A possible absence of a Skiller or an executor.
 
     :param name: the name of the Skiller, or the id of the executor's interface.
     :param times: the moments of decisions; None for the start of each skill.
@@ -120,7 +120,7 @@ class Absence:
 
 @dataclass(frozen=True, slots=True)
 class Kill:
-    """The possible kill of an agent of a team, as by ``kill -9``.
+    """A possible kill of an agent of a team, as by ``kill -9``.
 
     :param agent: the name of the agent; ``*`` matches all agents.
     :param restart_after_s: the seconds until the restart; None for no restart.

@@ -172,7 +172,7 @@ def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, by
 
 
 class BBLoggerFolder(Run):
-    """A folder of bblogger files, merged by time; a file with a bad header is left out with a note."""
+    """A folder of bblogger files, merged by time; a file with an invalid header is left out with a note."""
 
     format = "bblogger"
 

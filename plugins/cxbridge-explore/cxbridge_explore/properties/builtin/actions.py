@@ -14,7 +14,7 @@ from cxbridge_studio.explain.preconditions import Atom, Preconditions, ground_pr
 
 _ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")
 _UNSTARTED_STATES: Final = frozenset({"FORMULATED", "PENDING"})
-# In the state WAITING, an executor has already taken the action, and waits for the start of its work.
+# In the state WAITING, the skill of the action has been called, but does not run yet.
 _STARTED_STATES: Final = frozenset({"WAITING", "RUNNING"})
 
 ActionKey = tuple[str, str, str, str]  # environment, and the ids of goal, plan and action

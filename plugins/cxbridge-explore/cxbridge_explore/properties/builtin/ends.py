@@ -37,7 +37,8 @@ class ErrorMonitor(Monitor):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self._last_error = ""  # describes the error, before a message with `RULE_ERROR_CODE` names the rule
+        # The text of the last error. CLIPS describes an error before the message with `RULE_ERROR_CODE`.
+        self._last_error = ""
 
     def handle_event(self, event: Event) -> None:
         self.is_evaluated = True

@@ -57,6 +57,12 @@ def test_property_holds(text: str):
             ".* matches",
             0,
         ),
+        (
+            "never (and (goal (id ?g)) (not (plan (goal-id ?g) (id ?p))))",
+            False,
+            r".* matches: \?g = gen\d+$",
+            0,
+        ),
         (f"always (not {GOAL.format('(mode DISPATCHED)')})", False, ".* does not match", 0.03),
         (f"always {ABSENT}", False, ".* does not match", 0),
         (f"eventually {COMPLETED}", True, r".* has never matched$", 0),
