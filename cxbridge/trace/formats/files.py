@@ -18,17 +18,17 @@ MAX_LINE_BYTES = 4 * 1024 * 1024
 
 
 def reading(path: Path) -> AbstractContextManager[None]:
-    """Raise `TraceError` with the file instead of an OSError while reading.
+    """Convert an OSError of the block, which reads a file, to an error with the file.
 
-    :raises TraceError: if the file cannot be read.
+    :raises TraceError: instead of an OSError.
     """
     return _translating_errors(path, "read")
 
 
 def writing(path: Path) -> AbstractContextManager[None]:
-    """Raise `TraceError` with the file instead of an OSError while writing.
+    """Convert an OSError of the block, which writes a file, to an error with the file.
 
-    :raises TraceError: if the file cannot be written.
+    :raises TraceError: instead of an OSError.
     """
     return _translating_errors(path, "written")
 
