@@ -15,7 +15,7 @@ MAX_OUTBOUND_BYTES: Final = 8 << 20  # the maximum number of bytes that wait to 
 
 _MAPPED_PREFIX = "::ffff:"  # the prefix of an IPv4 address at a socket for IPv4 and IPv6
 _MESSAGE_HEADER_BYTES = 4  # the message header, which the size in a frame includes
-_READ_BYTES = 65536  # bytes of one read
+_READ_BYTES = 65536  # chosen freely: reads are repeated until the buffer is empty
 
 
 class LinkOwner(Protocol):
@@ -29,10 +29,13 @@ class LinkOwner(Protocol):
         """Add a new connection, and return whether the connection may stay open."""
 
     def receive_frame(self, link: StreamLink, frame: Frame) -> None:
-        """Receive a frame."""
+        """Handle a frame that a connection has received."""
 
     def report_loss(self, link: StreamLink, reason: str) -> None:
-        """Report a lost connection with its reason."""
+        """Report a lost connection.
+
+        :param reason: why this program aborted the connection; empty after any other end.
+        """
 
 
 class StreamLink(asyncio.Protocol):
@@ -41,6 +44,8 @@ class StreamLink(asyncio.Protocol):
     :param link_id: the id of the connection in the environment.
     :param role: whether the connection belongs to a client or to the server of the environment.
     :param owner: gets the events of the connection.
+    :ivar host: the address of the opposite end; empty before the connection is open.
+    :ivar port: the port of the opposite end; 0 before the connection is open.
     """
 
     _transport: asyncio.Transport  # set when the connection is open
@@ -69,7 +74,7 @@ class StreamLink(asyncio.Protocol):
             transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Decode received bytes, and abort the connection if the bytes are invalid."""
+        """Decode received bytes; abort the connection for invalid bytes, pause reading for a full inbox."""
         if not self.is_connected:
             return
         try:
@@ -82,7 +87,10 @@ class StreamLink(asyncio.Protocol):
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Decode the bytes that arrived before a failed send, then report the end."""
+        """Decode the bytes that arrived before a failed send, then report the loss.
+
+        A connection that the owner rejected or :meth:`close` closed is not reported.
+        """
         if exc is not None and self.is_connected:
             self._read_remaining()
         was_connected, self.is_connected = self.is_connected or bool(self._abort_reason), False
@@ -95,6 +103,8 @@ class StreamLink(asyncio.Protocol):
         A program that closes a connection with unread bytes resets the connection. Then our next send fails,
         and asyncio closes the connection although the buffer still has bytes for us.
         """
+        # a duplicate, since the socket of asyncio has no recv(); BlockingIOError ends the buffered bytes, and
+        # any other OSError means that the rest is lost
         with suppress(OSError), self._transport.get_extra_info("socket").dup() as unread:
             unread.setblocking(False)
             while self.is_connected and (data := unread.recv(_READ_BYTES)):

@@ -38,7 +38,7 @@ class MessageTypes:
         self._classes_by_numbers: dict[tuple[int, int], Any] = {}  # by component id and message type
 
     def add_folders(self, folders: Sequence[Path]) -> None:
-        """Compile the .proto files of folders, and register their types with numbers."""
+        """Compile the .proto files of folders, and register the types in them that have numbers."""
         existing_folders = [folder.resolve() for folder in folders if folder.is_dir()]
         for folder in folders:
             if not folder.is_dir():
@@ -46,34 +46,38 @@ class MessageTypes:
         for folder in existing_folders:
             try:
                 # protoc searches in this order: the folder's own files hide files of the same name
-                files = compile_folder(folder, [folder, *existing_folders])
+                file_definitions = compile_folder(folder, [folder, *existing_folders])
             except ProtobufError as error:
                 self._warn(f"Cannot read the .proto files of {folder}: {error}")
                 continue
-            for file in files:
+            for definition in file_definitions:
                 # the types of imported files are known, but only the types of this folder are registered
-                self._add_file(file, registers_types="/" not in file.name and (folder / file.name).is_file())
+                self._add_file(
+                    definition,
+                    registers_types="/" not in definition.name and (folder / definition.name).is_file(),
+                )
 
-    def _add_file(self, file: Any, *, registers_types: bool) -> None:
-        if file.name in self._file_names:
+    def _add_file(self, definition: Any, *, registers_types: bool) -> None:
+        if definition.name in self._file_names:
             return
         try:
-            self._pool.AddSerializedFile(file.SerializeToString())
-            descriptor = self._pool.FindFileByName(file.name)
+            self._pool.AddSerializedFile(definition.SerializeToString())
+            file_descriptor = self._pool.FindFileByName(definition.name)
+        # for a missing import or a conflict: TypeError of protobuf in C, KeyError of protobuf in Python
         except (TypeError, KeyError) as error:
-            self._warn(f"Skipping {file.name}: {error}")
+            self._warn(f"Skipping {definition.name}: {error}")
             return
-        self._file_names.add(file.name)
+        self._file_names.add(definition.name)
         if registers_types:
-            self._register_numbered_types(descriptor)
+            self._register_numbered_types(file_descriptor)
 
-    def _register_numbered_types(self, file: Any) -> None:
-        for name, descriptor in file.message_types_by_name.items():
+    def _register_numbered_types(self, file_descriptor: Any) -> None:
+        for name, descriptor in file_descriptor.message_types_by_name.items():
             if "CompType" in descriptor.enum_types_by_name:  # types without CompType are parts of messages
                 try:
                     self.register(descriptor.full_name)
                 except ProtobufError as error:
-                    self._warn(f"Type {name} of {file.name} is not registered: {error}")
+                    self._warn(f"Type {name} of {file_descriptor.name} is not registered: {error}")
 
     def register(self, full_name: str) -> None:
         """Register a type, so that frames with its numbers are accepted.
@@ -93,6 +97,10 @@ class MessageTypes:
         )
 
     def create(self, full_name: str) -> Message:
+        """Return a new message without values.
+
+        :raises ProtobufError: if the type is unknown.
+        """
         return self._find_class(full_name)()
 
     def parse(self, frame: Frame) -> Message:
@@ -105,6 +113,7 @@ class MessageTypes:
             raise ProtobufError(f"Message type {frame.component}:{frame.type} not registered")
         try:
             parsed_message = message_class.FromString(frame.encoded_message)
+        # RecursionError, a RuntimeError: older versions of protobuf in Python, for deep nesting
         except (message.DecodeError, RuntimeError):
             raise ProtobufError("Failed to parse message") from None
         if not parsed_message.IsInitialized():  # FromString accepts messages without required fields
@@ -120,7 +129,7 @@ class MessageTypes:
 
 
 def message_numbers(descriptor: Any) -> tuple[int, int]:
-    """Return the component id and the message type of a message type.
+    """Return the numbers that identify a type in frames: its component id and its message type.
 
     :raises ProtobufError: if the type has no valid numbers.
     """
@@ -139,7 +148,7 @@ def message_numbers(descriptor: Any) -> tuple[int, int]:
 def make_frame(protobuf_message: Message) -> Frame:
     """Return the frame of a message.
 
-    :raises ProtobufError: if the type of the message has no numbers, or required fields are missing.
+    :raises ProtobufError: if the type of the message has no valid numbers, or required fields are missing.
     """
     component, type_ = message_numbers(protobuf_message.DESCRIPTOR)
     try:

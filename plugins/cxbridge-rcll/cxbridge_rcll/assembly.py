@@ -90,6 +90,8 @@ class GameSetup:
 
     :param seed: the seed for the field, the orders and all further random choices.
     :ivar is_team: whether each robot has an executive, which coordinates with the other robots.
+    :raises CxbridgeError: if the checkout has no rules, no folder has message definitions, or the spec has no
+        tests although the settings name a testbed.
     """
 
     def __init__(self, settings: LeagueSettings, run_options: RunOptions, seed: int) -> None:
@@ -109,7 +111,7 @@ class GameSetup:
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
         self.robot_names = self._configure_robots(config, spec)
         self.world.add_robots(self.robot_names)
-        # With a simulator, the agent would send tasks to robots over sockets. Here the robots are Skillers.
+        # With a simulator, the agent would send tasks to robots over sockets. Here robots execute skills.
         config.set(_SIMULATOR_PATH, False)
         config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:

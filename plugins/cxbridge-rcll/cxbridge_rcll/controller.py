@@ -48,7 +48,7 @@ class Controller(Component):
         self._send = send
         self._begin_us: int | None = None
         production_begin_s = PRE_GAME_S + SETUP_S
-        # the time after the first loop in seconds, the type of the message, and its fields
+        # the time after the first loop in seconds, the type of the message, and the values of its fields
         self._steps: list[tuple[float, str, dict[str, str]]] = [
             (PRE_GAME_S, "SetTeamName", {"team_color": "CYAN", "team_name": team_name}),
             (PRE_GAME_S, "SetGamePhase", {"phase": "SETUP"}),
@@ -69,15 +69,15 @@ class Controller(Component):
         if self._begin_us is None:
             self._begin_us = now_us
         while self._steps:
-            due_s, message_type, values = self._steps[0]
+            due_s, message_type, field_values = self._steps[0]
             if now_us < self._begin_us + round(due_s * MICROSECONDS):
                 break
             del self._steps[0]
-            self._send(self._make_instruction(message_type, values))
+            self._send(self._make_instruction(message_type, field_values))
 
-    def _make_instruction(self, message_type: str, values: dict[str, str]) -> Message:
+    def _make_instruction(self, message_type: str, field_values: dict[str, str]) -> Message:
         message = self._create_message(message_type)
-        for name, value in values.items():
+        for name, value in field_values.items():
             field = message.DESCRIPTOR.fields_by_name[name]
             enum = field.enum_type
             setattr(message, name, value if enum is None else enum.values_by_name[value].number)

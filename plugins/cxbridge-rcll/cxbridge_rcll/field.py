@@ -18,11 +18,11 @@ _FIRST_ENTRY_M: Final = (4.5, 0.5)  # the location of the first robot; the robot
 
 
 class Pose(NamedTuple):
-    """The pose of a robot.
+    """The pose of a robot, or the centre of a machine or zone.
 
     :param x: the metres along the field; negative in magenta's half.
     :param y: the metres across the field.
-    :param yaw: the direction in radians.
+    :param yaw: the direction in radians; 0.0 for a centre.
     """
 
     x: float
@@ -44,7 +44,7 @@ def entry_pose(robot_number: int) -> Pose:
 
 
 class Field:
-    """The field.
+    """The zones of the field, and the machines where the referee has placed them.
 
     :param list_machines: returns the slots of the referee's facts about machines.
     """
@@ -78,6 +78,6 @@ class Field:
 
 
 def _zone_centre(half: str, column: str, row: str) -> Pose:
-    """Return the centre of a zone; zones have a width of a metre."""
+    """Return the centre of a zone; zones are squares with sides of a metre."""
     x = int(column) - 0.5
     return Pose(-x if half == "M" else x, int(row) - 0.5)

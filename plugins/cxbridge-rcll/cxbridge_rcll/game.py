@@ -94,7 +94,8 @@ class LeagueGame(LeagueSettings):
 
         :param seed: the seed for the field, the orders and all further random choices.
         :param console: receives the log lines.
-        :param attach: called with the run before its start.
+        :param attach: called with each agent before the game.
+        :raises CxbridgeError: if options conflict.
         """
         verdict_listener = VerdictListener()
 
@@ -136,6 +137,7 @@ class LeagueGame(LeagueSettings):
 
         :param seed: the seed for the field, the orders and all further random choices.
         :param options: the options of this game, possibly with another recording.
+        :param additions: additions to the run, besides those of the game.
         """
         setup = GameSetup(self, options, seed)
         return (LeagueTeam if setup.is_team else LeagueRun)(setup, additions)

@@ -51,9 +51,10 @@ _NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)  # the result before a field 
 
 
 def define_config_functions(env: ClipsEnvironment, config: Configuration, refbox: Refbox) -> None:
-    """Define the functions ``config-...`` and ``load-config`` in an environment.
+    """Define the functions ``config-...``, ``load-config`` and ``get-clips-dirs`` in an environment.
 
     :param config: the referee's configuration.
+    :param refbox: the checkout whose folder of rules ``get-clips-dirs`` returns.
     """
 
     def load_config(prefix: str) -> None:
@@ -93,11 +94,11 @@ class MachineFunctions:
 
     def _define_functions(self, env: ClipsEnvironment) -> None:
         def define_machine_function(
-            name: str, instruct: Callable[..., None], extra_argument_count: int = 0
+            name: str, action: Callable[..., None], extra_argument_count: int = 0
         ) -> None:
             env.define(
                 name,
-                lambda machine_name, *arguments: self._instruct(machine_name, instruct, arguments),
+                lambda machine_name, *arguments: self._instruct(machine_name, action, arguments),
                 1 + extra_argument_count,
                 types=_TEXT_ARGUMENT,
             )
@@ -120,13 +121,13 @@ class MachineFunctions:
             env.define(name, ignore, argument_count, types=_TEXT_ARGUMENT)
         env.define("reconfigure-machine", self._create_machine, 1, types=_TEXT_ARGUMENT)
 
-    def _instruct(self, name: str, instruct: Callable[..., None], arguments: tuple[Value, ...]) -> None:
+    def _instruct(self, name: str, action: Callable[..., None], arguments: tuple[Value, ...]) -> None:
         machine = self.machines.get(name)
         if machine is None:
             # an error of the rules or of the configuration, after which the rules continue
             self._log.error(f"Invalid station {name}")
         else:
-            instruct(machine, *arguments)
+            action(machine, *arguments)
 
     def _create_machine(self, name: str) -> None:
         self.machines[str(name)] = self._make_machine(str(name))
@@ -161,17 +162,20 @@ class FieldFunctions:
         define("mps-generator-get-generated-field", self._get_generated_field)
 
     def _set_field(self, width: int, height: int) -> bool:
+        """Set the size of a half in zones; return whether the size is valid."""
         if width <= 0 or height <= 0:
             return False
         self._field_size = (width, height)
         return True
 
     def _add_machine(self, number: int) -> bool:
+        """Add a machine; return whether the machine is new."""
         is_new = number not in self._machine_numbers
         self._machine_numbers.add(number)
         return is_new
 
     def _remove_machine(self, number: int) -> bool:
+        """Remove a machine; return whether the machine was present."""
         was_known = number in self._machine_numbers
         self._machine_numbers.discard(number)
         return was_known
@@ -180,6 +184,7 @@ class FieldFunctions:
         self._placements = arrange_machines(self._random, self._machine_numbers, *self._field_size)
 
     def _get_generated_field(self) -> Value:
+        """Return the name, the zone and the angle in degrees of each machine, one machine after another."""
         if self._placements is None:
             return _NO_FIELD
         field: list[Value] = []

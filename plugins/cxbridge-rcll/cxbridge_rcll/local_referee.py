@@ -36,7 +36,7 @@ class LocalReferee:
         self._network = LocalNetwork()
         self._config = config = refbox.load_configuration(*overlays)
         for station in config.keys(STATIONS_PATH):
-            # instead of the configured `mockup`, with which the rules do not count the bases in the slides
+            # instead of the configured `mockup`, with which the rules take missing payments of bases for made
             config.set(f"{STATIONS_PATH}{station}/connection", "simulated")
         self._refbox, self._seed = refbox, seed
 
@@ -71,7 +71,7 @@ class LocalReferee:
                 link_id = connections.connect(LOCAL_HOST, port)
                 connections.send(link_id, make_frame(message))
                 connections.disconnect(link_id)
-                connections.drain()
+                connections.drain()  # the events of this end are unused, and would pile up
 
             return Controller(context, types, team_name, production_s, send)
 

@@ -20,9 +20,9 @@ BELT_END_S: Final = 2.656
 DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by the number of the gate, which counts from 1
 
 # gets the name of a machine, the changed sensor, and its value: a truth value of `BUSY` or `READY`, or the
-# number of bases of `SLIDE-COUNTER`. `BUSY`: the machine has a task; `READY`: an end of the belt has a
-# workpiece. The referee's rules wait for each change: a task ends with `BUSY` false, a machine at whose
-# output a workpiece waits is free after `READY` false.
+# number of bases of `SLIDE-COUNTER`. `BUSY`: the machine has a task; `READY`: a task has moved a workpiece to
+# an end of the belt. The referee's rules wait for each change: a task ends with `BUSY` false, a machine at
+# whose output a workpiece waits is free after `READY` false.
 ReportSensor = Callable[[str, str, int], None]
 
 
@@ -51,6 +51,7 @@ class Task:
 
 _INPUT, _MIDDLE, _OUTPUT = BeltPosition
 
+# the tasks of single types of machines, with the durations of the mockup machines, too
 DISPENSE: Final = Task(1.1, (), _MIDDLE)
 MOUNT_RING: Final = Task(17.308, (_MIDDLE,), _MIDDLE)
 HANDLE_CAP: Final = Task(17.5, (_MIDDLE,), _MIDDLE)  # mounting a cap, or taking a cap off
@@ -90,7 +91,11 @@ class Machine:
         self.add_task(Task(BELT_MIDDLE_S if goal is _MIDDLE else BELT_END_S, sources, goal))
 
     def deliver(self, gate: int) -> None:
-        """Deliver the workpiece at the input."""
+        """Deliver the workpiece at the input.
+
+        :param gate: the number of the gate, 1 to 3.
+        """
+        # any other number stands for one of the gates, so that it cannot end the run
         self.add_task(Task(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (_INPUT,)))
 
     def reset(self) -> None:
@@ -99,6 +104,7 @@ class Machine:
         self._due_us = None
         if _OUTPUT in self.belt:
             self._report(self.name, "READY", False)
+        # The rules also reset a machine that becomes idle: the next workpiece may be at its input already.
         self.belt &= {_INPUT}
 
     # -- methods for robots

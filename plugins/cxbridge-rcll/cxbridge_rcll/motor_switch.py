@@ -25,7 +25,7 @@ def make_feature(context: Run) -> MotorSwitchFeature:
 class MotorSwitchFeature(Feature):
     """Provides ``motor-enable`` and ``motor-disable``.
 
-    The functions send ``SetMotorState`` to a MotorInterface, in place of Fawkes' ROS service.
+    The functions send ``SetMotorState`` to a MotorInterface, while fawkes-robotino calls a ROS service.
 
     :param interface_id: the id of the MotorInterface.
     """
@@ -35,7 +35,7 @@ class MotorSwitchFeature(Feature):
     def __init__(self, board: BlackBoard, interface_id: str) -> None:
         self._board = board
         self._interface_id = interface_id
-        self._motor_interfaces: dict[str, Any] = {}  # by environment
+        self._motor_interfaces: dict[str, Any] = {}  # by name of the environment
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.define("motor-enable", lambda: self._switch_motors(env, is_enabled=True))

@@ -82,7 +82,7 @@ class ExploredLeagueOptions(RefboxOptions):
     ] = 20.0
 
     def prepare_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
-        """Return the options of a run that ends with the production, and the factory of the run."""
+        """Return the options of a run that stops just before the end of the production, and its factory."""
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
         assert self.refbox_dir is not None  # the group is chosen by --refbox-dir
@@ -119,7 +119,9 @@ class PlayedLeagueOptions(RefboxOptions):
     def make_game(self, run_options: RunOptions, *, minutes: float | None, world: Path | None) -> LeagueGame:
         """Return the game.
 
-        :raises CxbridgeError: if options conflict.
+        :param minutes: the minutes of the production; None stands for the duration in the league.
+        :param world: a file with the failures of skills; None if the option ``failures`` defines them.
+        :raises CxbridgeError: if options conflict, or no option names an agent.
         """
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 

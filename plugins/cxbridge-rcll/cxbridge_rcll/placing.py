@@ -1,7 +1,7 @@
 """Places the machines of a team randomly in one half of the field.
 
 Robots must reach each machine. The league and its referee box therefore have these rules: no machine in the
-entry zones or in the zone in front of them, no side of a machine towards a wall, a free zone before each
+entry zones or in one zone in front of them, no side of a machine towards a wall, a free zone before each
 side, no row of three machines, no machines that cut off a corner zone.
 """
 
@@ -21,8 +21,9 @@ DELIVERY_STATION: Final = 7  # the number of the only machine that robots use fr
 # the names of the machines by their numbers in the referee's rules
 MACHINE_NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY_STATION: "DS"}
 
-_MAX_TRIES: Final = 10_000  # attempts after which an arrangement counts as impossible
-_CANDIDATE_COUNT: Final = 40  # random placements of a machine after which an attempt has failed
+_MAX_TRIES: Final = 10_000  # attempts after which an arrangement counts as impossible; chosen freely
+# random placements of a machine after which an attempt has failed; chosen freely
+_CANDIDATE_COUNT: Final = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,7 @@ def arrange_machines(
 ) -> list[Placement] | None:
     """Return random positions of machines; None if no arrangement fits.
 
+    :param machines: the numbers of the machines.
     :param width: the width of the half in zones.
     :param height: the height of the half in zones.
     """
@@ -108,7 +110,8 @@ def can_place(candidate: Placement, placements: Collection[Placement], width: in
 
 
 def _blocked_zones(width: int) -> set[tuple[int, int]]:
-    """Return the zones in which no machine may be: the entry zones, and the zone in front of them."""
+    """Return the zones in which no machine may be: the entry zones, and one zone in front of them."""
+    # of the zones in front of the entry zones, the referee box blocks only this zone
     return _entry_zones(width) | {(width - 2, 2)}
 
 

@@ -48,7 +48,9 @@ class Refbox(Struct, frozen=True):
         return self.folder / MESSAGES_FOLDER
 
     def load_configuration(self, *overlays: Path) -> Configuration:
-        """Read the configuration as the referee box does: the default file of each folder, by name.
+        """Read the configuration as the referee box does: the default file of each folder.
+
+        The folders are read in the order of their names.
 
         :param overlays: files that are laid over the default configuration.
         """

@@ -25,7 +25,7 @@ ENVIRONMENT: Final = "referee"  # the name of the CLIPS environment in logs and 
 STATIONS_PATH: Final = "/llsfrb/mps/stations/"
 SERVER_PORT_PATH: Final = "/llsfrb/comm/server-port"
 
-# the version of the program rcll-refbox, which the rules report, and which does not run here
+# the rules report the version of the program rcll-refbox; without the program, the version is 0.0.0
 _VERSION_GLOBALS: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSION-MICRO* = 0)"
 
 
@@ -99,6 +99,7 @@ class Referee(Component):
             env.assert_ordered("time", env.to_time_fields(self._clock.now_us()))
             env.refresh_agenda()
             env.run()
+            # the rules leave the messages that they have received to the referee box, which deletes them
             self._protobuf.delete_messages(env)
 
     @property

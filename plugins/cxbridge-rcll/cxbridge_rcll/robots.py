@@ -1,6 +1,7 @@
 """Simulated robots, which execute the skills of a team: they drive over the field and use the machines.
 
-Robots drive straight and do not collide. Besides its drive, each skill takes a fixed time.
+Robots drive straight and do not collide. Besides its drive, a skill takes a fixed time;
+``drive_into_field`` also waits for the time in its parameters.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from cxbridge_rcll.stations import StationNodes
 
 SPEED_M_PER_S: Final = 0.5
 
-# the durations of parts of skills
+# the assumed durations of parts of skills
 ALIGN_S: Final = 4.0  # aligning with a machine after a drive
 ANYWHERE_S: Final = 12.0  # a drive to an unknown location
 HANDLE_S: Final = 15.0  # taking or putting a workpiece
@@ -51,7 +52,8 @@ class RobotWorld:
     """The state that all robots share.
 
     :param geometry: the geometry of the field.
-    :param find_machine: returns a machine by name.
+    :param find_machine: returns a machine by name; None if there is no such machine.
+    :param robots: the robots by name.
     """
 
     geometry: Field
@@ -186,7 +188,7 @@ class RobotExecutor(SkillExecutor):
 
 
 def _find_position(side: str) -> BeltPosition:
-    """Return the position on the belt that the side of a machine in a skill's parameters means."""
+    """Return the end of the belt for the side in a skill's parameters: any side but INPUT is the output."""
     return BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT
 
 

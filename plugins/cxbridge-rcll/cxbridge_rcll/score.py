@@ -9,7 +9,7 @@ from typing import Any, Final
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
 
-TEAMS: Final = ("CYAN", "MAGENTA")
+TEAMS: Final = ("CYAN", "MAGENTA")  # in the order of the points in the referee's facts
 
 # the start of the details in the reason for an award: a machine, a robot or a number
 _DETAIL_START: Final = re.compile(r" (?:at|to|of|for) |:| \(")
@@ -53,6 +53,7 @@ def read_score(env: ClipsEnvironment) -> Score:
     orders = {slots["id"]: slots for slots in _read_facts(env, "order")}
     deliveries = sorted(
         (
+            # a delivery without a known order has an empty complexity
             Delivery(
                 slots["order"],
                 str(orders[slots["order"]]["complexity"]) if slots["order"] in orders else "",

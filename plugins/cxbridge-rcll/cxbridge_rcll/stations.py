@@ -9,7 +9,7 @@ from typing import Any, Final
 from cxbridge.space.navgraph import NavGraph, NavGraphNode
 from cxbridge_rcll.field import Field, Pose
 
-_SIDES: Final = ("I", "O")
+_SIDES: Final = ("I", "O")  # input and output
 _COLUMNS, _ROWS = 7, 8  # the zones of a half
 _INSERTION_ROW: Final = 1  # the row of the entrance, where no robot may wait
 
@@ -60,10 +60,10 @@ class StationNodes:
 
     def _machine_centre(self, name: str) -> Pose | None:
         """Return the centre of a machine, between its sides; None if its position is unknown."""
-        first, second = (self._field.find_pose(f"{name}-{side}") for side in _SIDES)
-        if first is None or second is None:
+        input_pose, output_pose = (self._field.find_pose(f"{name}-{side}") for side in _SIDES)
+        if input_pose is None or output_pose is None:
             return None
-        return Pose((first.x + second.x) / 2, (first.y + second.y) / 2)
+        return Pose((input_pose.x + output_pose.x) / 2, (input_pose.y + output_pose.y) / 2)
 
     def _add_wait_zones(self) -> None:
         machine_centres = [
@@ -89,7 +89,7 @@ class StationNodes:
 
 
 def _waiting_zones(field: Field, half: str) -> Iterator[tuple[str, Pose]]:
-    """Yield the zones of a half in which a robot may wait, with their names."""
+    """Yield the name and the centre of each zone of a half in which a robot may wait."""
     for column in range(1, _COLUMNS + 1):
         for row in range(_INSERTION_ROW + 1, _ROWS + 1):
             pose = field.find_pose(f"{half}-Z{column}{row}")
