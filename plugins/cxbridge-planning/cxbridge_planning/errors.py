@@ -19,4 +19,4 @@ class UnsupportedProblemError(PlanningError):
 
 
 class UnknownPlannerError(PlanningError):
-    """The planner does not exist."""
+    """The planner or one of its options does not exist, or the value of an option is invalid."""

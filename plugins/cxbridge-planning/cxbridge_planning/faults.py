@@ -22,8 +22,9 @@ the plan is late.
 
 
 class FaultyPlanning(PlanningService):
-    """Makes plans, unless a program decides on a fault.
+    """A planning service whose faults a program chooses.
 
+    :param choose_fault: chooses the fault of each call.
     :param env: the environment that requests plans.
     :param now_us: returns the time of the run.
     """
@@ -33,7 +34,10 @@ class FaultyPlanning(PlanningService):
         self._choose_fault, self._env, self._now_us = choose_fault, env, now_us
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start making a plan, unless the program decides on a fault."""
+        """Start a call with the chosen fault: it has ended without a plan, or its plan is late.
+
+        :raises ValueError: if the chosen status is not a value of :class:`PlanStatus`.
+        """
         status, delay_s = self._choose_fault(self._env, request.problem.name)
         if status:
             message = "the world has chosen this result"

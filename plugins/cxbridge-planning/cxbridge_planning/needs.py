@@ -105,7 +105,7 @@ def _has_fractions(domain: Domain, problem: Problem) -> bool:
 
 
 def _is_fraction(term: Term) -> bool:
-    """Return whether a term is a number with a fraction, or a division."""
+    """Return whether a term is or contains a number with a fraction, or a division."""
     match term:
         case Constant(name=name):
             value = number_of(name)

@@ -1,6 +1,7 @@
 """The objects of each type.
 
-An object belongs to its declared_type type and to all supertypes, so ``(?x - object)`` accepts every object.
+An object belongs to its declared type and to all supertypes of that type, so ``(?x - object)`` accepts
+every object.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ class ObjectTable:
                 self._objects_by_type.setdefault(type_, {})[name] = None
 
     def of_types(self, types: tuple[str, ...]) -> dict[str, None]:
-        """Return the objects of any of these types, in order of declaration; without types all objects."""
+        """Return the objects of any of these types; without types all objects.
+
+        The objects of a type have the order of their declaration; the types have the given order.
+        """
         objects: dict[str, None] = {}
         for type_ in types or (ROOT_TYPE,):
             objects |= self._objects_by_type.get(type_, {})

@@ -13,7 +13,7 @@ from cxbridge_planning.errors import PlanningError
 
 
 class PlanNames:
-    """Finds the actions and objects of a plan, in upper or lower case.
+    """Finds the actions and objects that a plan names, regardless of upper and lower case.
 
     :ivar has_durative_actions: whether any action is durative.
     """
@@ -32,6 +32,8 @@ class PlanNames:
     ) -> PlannedAction:
         """Return a step of a plan.
 
+        :param start: the start in seconds after the start of the plan; None for a step without times.
+        :param duration: the duration in seconds; None for a step without duration.
         :raises PlanningError: if the action or an object is unknown.
         """
         return PlannedAction(

@@ -62,7 +62,7 @@ class Planner(ABC):
     """Features that the planner accepts and ignores: its plans are valid, but perhaps not the best."""
 
     fails_with: tuple[frozenset[Need], ...] = ()
-    """Sets of features that the planner supports singly but not together, measured in docs/planning.md."""
+    """Sets of features that the planner supports singly but not together."""
 
     proves: bool = True
     """Whether a search without result proves that no plan exists."""
@@ -89,8 +89,8 @@ class Planner(ABC):
                 return f"{self.name} does not support {need.value} ({user})"
         for combination in self.fails_with:
             if combination <= needs.keys():
-                texts = " with ".join(sorted(need.value for need in combination))
-                return f"{self.name} does not support {texts}"
+                needs_text = " with ".join(sorted(need.value for need in combination))
+                return f"{self.name} does not support {needs_text}"
         return ""
 
     def check(self, needs: Mapping[Need, str]) -> None:
@@ -108,7 +108,7 @@ class Planner(ABC):
         domain: Domain,  # noqa: ARG002 - as above
         problem: Problem,  # noqa: ARG002 - as above
     ) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan that the planner's process saved before its time limit.
+        """Return the best plan that the planner's process saved before its time limit; None without one.
 
         :param folder: the temporary files of the ended process.
         """
@@ -116,7 +116,7 @@ class Planner(ABC):
 
     @abstractmethod
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None if there is none.
+        """Return a plan; None if the planner finds that there is none.
 
         :raises PlanningError: if the planner fails.
         """

@@ -30,7 +30,7 @@ def planner_names() -> list[str]:
 def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner:
     """Return a planner by name.
 
-    :raises UnknownPlannerError: if the planner or an option is unknown.
+    :raises UnknownPlannerError: if the planner or an option is unknown, or the value of an option is invalid.
     """
     options = dict(options or {})
     try:
@@ -59,7 +59,8 @@ def choose_planners(
 ) -> PlannerChoice:
     """Return the named planner, or for :data:`AUTO` all suitable planners.
 
-    :raises UnknownPlannerError: if the planner is unknown.
+    :param options: the options of the named planner; :data:`AUTO` ignores them.
+    :raises UnknownPlannerError: if the planner or an option is unknown, or the value of an option is invalid.
     :raises UnsupportedProblemError: if no planner accepts the problem, with the reasons.
     """
     needs = problem_needs(domain, problem)

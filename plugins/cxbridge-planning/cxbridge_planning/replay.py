@@ -23,8 +23,8 @@ _STATUSES: Final = {text: status for status, text in STATUS_TEXTS.items()}
 
 
 @dataclass(frozen=True, slots=True)
-class RecordedPlan:
-    """A planner call with its result.
+class RecordedCall:
+    """A recorded planner call with its result.
 
     :param start_event: the event at the start of the call.
     :param delay_us: the microseconds from the call to the result.
@@ -35,10 +35,10 @@ class RecordedPlan:
     result: PlanResult
 
 
-def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:
-    """Return the finished calls of an environment, by id."""
+def find_recorded_calls(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedCall]:
+    """Return the finished calls of an environment, by id; without the calls whose plan was not recorded."""
     start_events: dict[str, PlannerCall] = {}
-    plans: dict[str, RecordedPlan] = {}
+    recorded_calls: dict[str, RecordedCall] = {}
     for event in events:
         if event.env == env and event.call and event.status == _STARTED:
             start_events[event.call] = event
@@ -46,8 +46,9 @@ def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, Recorde
             result = _read_result(event)
             if result is not None:
                 start_event = start_events[event.call]
-                plans[event.call] = RecordedPlan(start_event, event.time_us - start_event.time_us, result)
-    return plans
+                delay_us = event.time_us - start_event.time_us
+                recorded_calls[event.call] = RecordedCall(start_event, delay_us, result)
+    return recorded_calls
 
 
 def _read_result(event: PlannerCall) -> PlanResult | None:
@@ -82,10 +83,11 @@ class RecordedPlanning(PlanningService):
         super().__init__()
         assert isinstance(run.replay, Replay)
         self._replay = run.replay
-        plans_of_recordings = (
-            recorded_plans(scan.planner_calls, env) for scan in self._replay.recordings.scans
+        calls_of_recordings = (
+            find_recorded_calls(scan.planner_calls, env) for scan in self._replay.recordings.scans
         )
-        self._plans = next(filter(None, plans_of_recordings), {})  # of the first recording that has calls
+        # of the first recording that has calls
+        self._recorded_calls = next(filter(None, calls_of_recordings), {})
         self._env, self._now_us = env, run.clock.now_us
         self._call_count = 0
         run.bus.subscribe(self._compare_call, PlannerCall)
@@ -94,25 +96,25 @@ class RecordedPlanning(PlanningService):
         """Do nothing: a replay may never need a planner."""
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start a call that reports the recorded plan."""
+        """Start a call with the recorded result and delay, or a call of a planner without a recorded call."""
         self._call_count += 1
         # the ids have the same consecutive numbers as in the feature `planner`
-        recorded_plan = self._plans.get(f"plan-{self._call_count}")
-        if recorded_plan is None:
+        recorded_call = self._recorded_calls.get(f"plan-{self._call_count}")
+        if recorded_call is None:
             return super().call(request)
-        due_us = self._now_us() + recorded_plan.delay_us
+        due_us = self._now_us() + recorded_call.delay_us
         # a cancelled call ends when the replay cancels it, as in the recording
-        is_cancelled = recorded_plan.result.status is PlanStatus.CANCELLED
-        call = EndedCall(self, request, recorded_plan.result)
+        is_cancelled = recorded_call.result.status is PlanStatus.CANCELLED
+        call = EndedCall(self, request, recorded_call.result)
         return DelayedCall(self, call, lambda: not is_cancelled and self._now_us() >= due_us)
 
     def _compare_call(self, event: Event) -> None:
         """Compare the problem of a planner call with the recorded problem."""
         assert isinstance(event, PlannerCall)
-        recorded_plan = self._plans.get(event.call) if event.env == self._env else None
-        if recorded_plan is None or event.status != _STARTED:
+        recorded_call = self._recorded_calls.get(event.call) if event.env == self._env else None
+        if recorded_call is None or event.status != _STARTED:
             return
-        recorded_event = recorded_plan.start_event
+        recorded_event = recorded_call.start_event
         if replace_names(recorded_event.problem) != replace_names(event.problem):
             start_us = self._replay.recordings.start_us
             self._replay.record_divergence(

@@ -18,7 +18,7 @@ class FactIndex:
         self._by_argument: dict[tuple[str, int, str], list[tuple[str, ...]]] = {}
 
     def add(self, fact: Fact) -> None:
-        """Add a new fact."""
+        """Add a fact that is not in the index yet."""
         self._by_predicate.setdefault(fact.predicate, []).append(fact.arguments)
         for position, argument in enumerate(fact.arguments):
             self._by_argument.setdefault((fact.predicate, position, argument), []).append(fact.arguments)
@@ -54,7 +54,8 @@ class SchemaToGround:
     ) -> Iterator[tuple[str, ...]]:
         """Yield the objects of the parameters for each way to satisfy the atoms.
 
-        :param trigger: the position of an atom, and the fact that the atom must match.
+        :param trigger: the position of an atom, and the fact that the atom must match. None: every
+            atom may match any fact.
         """
         binding: dict[str, str] = {}
         atoms = list(self.atoms)
@@ -87,7 +88,10 @@ class SchemaToGround:
                 yield from self._extend_binding(remaining_atoms, extended_binding, index)
 
     def _unify(self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]) -> bool:
-        """Extend the binding so that an atom matches the arguments; return whether that is possible."""
+        """Extend the binding so that an atom matches the arguments; return whether that is possible.
+
+        If it is not, the binding may have some of the atom's variables.
+        """
         for term, object_name in zip(atom.arguments, arguments, strict=True):
             if not isinstance(term, Variable):
                 if constant_name(term) != object_name:

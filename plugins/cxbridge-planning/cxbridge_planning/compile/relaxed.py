@@ -1,7 +1,7 @@
-"""Explanations why a problem has no plan: the parts of the goal that no relaxed plan reaches.
+"""Explanations of why a problem has no plan: the facts of the goal that no relaxed plan reaches.
 
-A relaxed plan is a plan of the relaxed domain, whose actions have no deletions, numbers and times. A part of
-the goal that the relaxed plan does not reach is unreachable by any plan.
+A relaxed plan is a plan of the relaxed domain, whose actions have no deletions, numbers or times. A fact that
+no relaxed plan reaches is unreachable by any plan.
 """
 
 from __future__ import annotations
@@ -37,13 +37,16 @@ _MAX_REASONS: Final = 5  # lines of the explanation
 
 
 def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
-    """Return a line for each unreachable part of the goal.
+    """Return lines about the unreachable facts of the goal's easiest alternative, at most five.
 
-    :raises PlanningError: if the problem is too large.
+    There is no line if a relaxed plan reaches the goal.
+
+    :raises PlanningError: if the problem is too large, or a formula is not supported.
     """
     relaxed_domain = replace(domain, actions=tuple(map(_relax_action, domain.actions)))
     # the goal has no influence on the reachable facts
     facts = find_reachable_facts(relaxed_domain, replace(problem, goal=And(())), _MAX_OPERATORS)
+    # no fact is evaluated in advance, so that the alternatives name all facts
     converter = DnfConverter(ObjectTable(domain, problem), lambda _fact: None)
     alternatives = converter.find_alternatives(_relax_formula(problem.goal), {})
     missing_facts_by_alternative = [sorted(conjunction.positive - facts) for conjunction in alternatives]
@@ -62,6 +65,7 @@ def no_plan_reason(domain: Domain, problem: Problem) -> str:
 
 
 def _relax_action(action: ActionSchema) -> ActionSchema:
+    """Return an action without times and numbers; :func:`find_reachable_facts` ignores its deletions."""
     changed_predicates = frozenset(find_changed_predicates(action.effect))
     condition = None if action.condition is None else _relax_formula(action.condition, changed_predicates)
     effect = None if action.effect is None else _relax_formula(action.effect)
@@ -92,7 +96,10 @@ def _relax_formula(formula: Formula, changed_predicates: Collection[str] = ()) -
 
 
 def _reduce_numeric_negation(part: Formula) -> Formula:
-    """Return a comparison of numbers for a negation or implication with one, whose truth is as unknown."""
+    """Replace a negation, disjunction or implication that compares numbers by its first comparison.
+
+    The truth of such a part depends on a number, so that it counts as true, like the comparison alone.
+    """
     if isinstance(part.reduced, Not | Or):
         return next(filter(_depends_on_number, part.reduced.walk()), part)
     return part

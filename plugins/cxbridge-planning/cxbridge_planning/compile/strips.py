@@ -42,19 +42,19 @@ class StripsTask:
 
 
 def remove_irrelevant_parts(task: StripsTask) -> StripsTask:
-    """Return the task without operators and effects that cannot contribute to the goal."""
+    """Return the task without operators, effects and initial facts that cannot contribute to the goal."""
     # a search backwards from the goal: if an operator adds a relevant fact, its preconditions are relevant
     achievers_by_fact: dict[int, list[Operator]] = {}
     for operator in task.operators:
-        for fact in operator.adds:
-            achievers_by_fact.setdefault(fact, []).append(operator)
-    relevant_facts: set[int] = set()
+        for fact_number in operator.adds:
+            achievers_by_fact.setdefault(fact_number, []).append(operator)
+    relevant_facts: set[int] = set()  # by number
     queue = list(task.goal)
     while queue:
-        fact = queue.pop()
-        if fact not in relevant_facts:
-            relevant_facts.add(fact)
-            for operator in achievers_by_fact.get(fact, ()):
+        fact_number = queue.pop()
+        if fact_number not in relevant_facts:
+            relevant_facts.add(fact_number)
+            for operator in achievers_by_fact.get(fact_number, ()):
                 queue += operator.preconditions - relevant_facts
     operators = tuple(
         replace(operator, adds=operator.adds & relevant_facts, deletes=operator.deletes & relevant_facts)

@@ -21,7 +21,7 @@ from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.engines.engine import WORK_FOLDER_PREFIX, EnginePlanner
 from cxbridge_planning.engines.programs import PROGRAMS, PlannerProgram
 from cxbridge_planning.engines.texts import PddlTexts, original_texts, plain_texts, rename_problem
-from cxbridge_planning.errors import MAX_EXCERPT, PlanningError
+from cxbridge_planning.errors import MAX_EXCERPT, PlanningError, UnknownPlannerError
 from cxbridge_planning.needs import Need, problem_needs
 from cxbridge_planning.plan_files import PlanNames, load_plan
 
@@ -41,12 +41,16 @@ class CommandPlanner(EnginePlanner):
     :param program: the program to use instead of the known program; empty for the known program.
     :param improve: the seconds of a search for better plans if the problem has a metric and the program
         supports the search.
+    :raises UnknownPlannerError: if the options have unbalanced quotes, or ``improve`` is not a number.
     """
 
     def __init__(self, name: str, options: str = "", program: str = "", improve: str = "1.0") -> None:
         self._program: PlannerProgram = PROGRAMS[name]
         super().__init__(name, self._program, improve)
-        self._options = shlex.split(options or self._program.default_options)
+        try:
+            self._options = shlex.split(options or self._program.default_options)
+        except ValueError as error:
+            raise UnknownPlannerError(f"the options of planner {name} are invalid: {error}") from None
         self._user_program = program
 
     @property
@@ -60,12 +64,15 @@ class CommandPlanner(EnginePlanner):
 
         The program gets the user's text. If the program refuses this text at once, it gets a text in basic
         PDDL.
+
+        :raises PlanningError: if the program fails, or its plan is not readable.
         """
         texts = original_texts(domain, problem)
         start_s = time.monotonic()
         try:
             return self._solve_texts(texts, domain, problem)
         except PlanningError:
+            # without source files, the program has got a text in basic PDDL already
             if time.monotonic() - start_s > _MAX_REFUSAL_S or not any(texts.files):
                 raise
             with suppress(PlanningError):  # of two errors, the error about the user's text is raised
@@ -84,6 +91,7 @@ class CommandPlanner(EnginePlanner):
             placeholder_values["plan"] = str(Path(folder, _PLAN_PREFIX))
             can_improve = bool(self._program.improving_arguments) and self.improve_s > 0
             if can_improve and Need.COSTS in problem_needs(domain, problem):
+                # the programs take whole seconds
                 placeholder_values["improve"] = str(max(1, round(self.improve_s)))
                 self._run_program(self._program.improving_arguments, placeholder_values, folder)
                 if plan := self.read_plan(Path(folder), names):
@@ -99,7 +107,7 @@ class CommandPlanner(EnginePlanner):
     def _run_program(
         self, arguments: tuple[str, ...], placeholder_values: dict[str, str], folder: str
     ) -> str:
-        """Run the program and return its output with its exit status.
+        """Run the program and return its output, followed by its exit status.
 
         :param placeholder_values: the texts that replace the placeholders in the arguments.
         :raises PlanningError: if the program cannot be started.
@@ -116,7 +124,10 @@ class CommandPlanner(EnginePlanner):
         return f"{output}\n{_STATUS_PREFIX}{process.returncode}"
 
     def read_plan(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the program's last plan file, which is the best plan; None without a plan file."""
+        """Return the plan in the program's last plan file, the best plan; None without a plan.
+
+        :raises PlanningError: if the file is not a plan.
+        """
         paths = [path for path in folder.glob(f"{_PLAN_PREFIX}*") if path.is_file()]
         for path in sorted(paths, key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True):
             if self._program.no_plan_text and self._program.no_plan_text in path.read_text(errors="replace"):
@@ -125,6 +136,7 @@ class CommandPlanner(EnginePlanner):
                 steps = load_plan(path, names)
             except PlanningError as error:
                 raise PlanningError(f"{self.name} wrote an invalid plan: {error.message}") from None
+            # LPG writes times for actions without duration, too
             has_times = self._program.has_times and names.has_durative_actions
             return steps if has_times else tuple(PlannedAction(step.name, step.arguments) for step in steps)
         return None
@@ -132,7 +144,8 @@ class CommandPlanner(EnginePlanner):
     def _parse_output(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         """Return the printed plan, or None if the program states that no plan exists.
 
-        :raises PlanningError: if the output is neither a plan nor a proof.
+        :raises PlanningError: if the output is neither a plan nor a proof, or if the plan names an unknown
+            action or object.
         """
         text, _, status = output.rpartition(_STATUS_PREFIX)
         program = self._program

@@ -21,17 +21,18 @@ from cxbridge_planning.needs import Need
 from cxbridge_planning.plan_files import PlanNames
 from cxbridge_planning.planner import DEFAULT_RANK, Planner
 
-# The engines by kind of problem, in the order of their measured success (docs/planning.md). Pyperplan
-# stands for all planners with the rank DEFAULT_RANK.
+# The engines by kind of problem, in the order of their measured success (docs/evidence/planning.md).
+# Pyperplan stands for all planners with the rank DEFAULT_RANK.
 _PYPERPLAN: Final = "pyperplan"
-_CLASSICAL: Final = ("fast-downward", _PYPERPLAN, "lpg", "enhsp", "fd", "ff", "aries", "tamer")
-_NUMERIC: Final = (_PYPERPLAN, "enhsp", "lpg", "tamer", "aries")
-_TEMPORAL: Final = (_PYPERPLAN, "lpg", "aries", "tamer", "optic", "popf")
+_CLASSICAL_ORDER: Final = ("fast-downward", _PYPERPLAN, "lpg", "enhsp", "fd", "ff", "aries", "tamer")
+_NUMERIC_ORDER: Final = (_PYPERPLAN, "enhsp", "lpg", "tamer", "aries")
+_TEMPORAL_ORDER: Final = (_PYPERPLAN, "lpg", "aries", "tamer", "optic", "popf")
 
 WORK_FOLDER_PREFIX: Final = "cxbridge-plan-"
 """The start of the names of the engines' work folders."""
 
-# A search for better plans stops this long before the time limit.
+# A search for better plans stops this long before the time limit, which kills the process: the plan must
+# still be read and checked.
 _MARGIN_S: Final = 0.5
 
 
@@ -74,7 +75,7 @@ class EnginePlanner(Planner):
         return min(self._improve_s, max(0.0, self.time_limit_s - _MARGIN_S))
 
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan that the engine has written before its time limit."""
+        """Return the best plan that the engine has written before its time limit; None without a plan."""
         names = PlanNames(domain, problem)
         for work_folder in folder.glob(f"{WORK_FOLDER_PREFIX}*"):
             with suppress(PlanningError):  # the engine may have been writing the file when its time was over
@@ -90,7 +91,13 @@ class EnginePlanner(Planner):
         """
 
     def rank(self, needs: Collection[Need]) -> int:
-        """Return the rank by measured success (docs/planning.md)."""
-        order = _TEMPORAL if Need.TIME in needs else _NUMERIC if Need.NUMBERS in needs else _CLASSICAL
+        """Return the rank by measured success; engines without a place in the order come last."""
+        order = (
+            _TEMPORAL_ORDER
+            if Need.TIME in needs
+            else _NUMERIC_ORDER
+            if Need.NUMBERS in needs
+            else _CLASSICAL_ORDER
+        )
         place = order.index(self.name) if self.name in order else len(order)
         return DEFAULT_RANK + place - order.index(_PYPERPLAN)

@@ -26,7 +26,8 @@ _PYTHON: Final = "python"
 _DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.main import main; main()"
 
 _NO_OUTPUT: Final = re.compile(r"(?!)")  # matches nothing
-# Fast Downward's texts, and its exit codes for problems that its translator or its search finds unsolvable
+# Fast Downward's texts, and its exit codes: 10 and 11 for problems that its translator or its search finds
+# unsolvable, 12 for a search that has ended without a solution
 _FD_UNSOLVABLE: Final = re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]")
 
 
@@ -87,8 +88,8 @@ class PlannerProgram(Engine, frozen=True):
         return python_command(*words) if _PYTHON in self.command_words else words
 
 
-_NUMERIC: Final = frozenset({Need.COSTS, Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS})
-_POPF_NEEDS: Final = _NUMERIC | {Need.HIERARCHY, Need.TIME, Need.EQUALITY}
+_NUMERIC_NEEDS: Final = frozenset({Need.COSTS, Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS})
+_POPF_NEEDS: Final = _NUMERIC_NEEDS | {Need.HIERARCHY, Need.TIME, Need.EQUALITY}
 _TASK_FILES: Final = ("{domain}", "{problem}")
 _TASK_OPTIONS: Final = ("-o", "{domain}", "-f", "{problem}")
 # as in the package up-enhsp: the first plan of a greedy search, and no makespan (-npm) between the steps
@@ -113,7 +114,7 @@ PROGRAMS: Final = {
     "enhsp": PlannerProgram(
         ("java", "-jar", "{folder}/ENHSP/enhsp.jar"),
         _ENHSP_ARGUMENTS,
-        understands=CLASSICAL | _NUMERIC,
+        understands=CLASSICAL | _NUMERIC_NEEDS,
         unsolvable_output=re.compile(
             "Problem unsolvable|Problem Detected as Unsolvable|Unsolvable Problem", re.IGNORECASE
         ),
@@ -126,13 +127,13 @@ PROGRAMS: Final = {
     "lpg": PlannerProgram(
         ("{folder}/lpg",),
         (*_LPG_ARGUMENTS, "-n", "1"),
-        understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
+        understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC_NEEDS | {Need.TIME},
         # a local search detects unreachable goals only, and proves nothing else
         unsolvable_output=re.compile(
             "goals of the problem are not reachable|Goals not reachable", re.IGNORECASE
         ),
         no_plan_text="no solution",
-        # -n: more plans than the time suffices for
+        # -n is the number of plans: far more than the time suffices for
         improving_arguments=(*_LPG_ARGUMENTS, "-n", "100", "-cputime", "{improve}"),
         has_times=True,
         proves=False,

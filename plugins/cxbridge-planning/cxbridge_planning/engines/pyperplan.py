@@ -36,6 +36,7 @@ class PyperplanPlanner(Planner):
 
     name = "pyperplan"
     understands = CLASSICAL
+    # effects on numbers have no influence on a plan if no condition needs NUMBERS
     ignores = frozenset({Need.COSTS, Need.NUMERIC_CHANGES})
 
     def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
@@ -51,7 +52,12 @@ class PyperplanPlanner(Planner):
         self.heuristic = heuristic
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None if the reachable states are exhausted."""
+        """Return a plan; None if the search ends without one.
+
+        Then the search has exhausted the reachable states, except for ``ehs``, which may give up early.
+
+        :raises PlanningError: if the grounded task is too large.
+        """
         strips_task = ground(domain, problem)
         if strips_task.goal <= strips_task.initial:
             return ()

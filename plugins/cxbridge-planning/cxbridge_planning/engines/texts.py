@@ -19,13 +19,14 @@ from cxbridge.executive.pddl.tokens import blank_comments
 from cxbridge_planning.errors import MAX_EXCERPT, PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
+# the number of digits is limited, because int() refuses numbers of thousands of digits
 _LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)
 
 
 class PddlTexts(NamedTuple):
     """A domain and a problem as text.
 
-    :param files: the source files of domain and problem; an empty name for a generated text.
+    :param files: the source files of domain and problem; an empty name for a text without a file.
     """
 
     domain: str
@@ -71,7 +72,10 @@ def _merge_action_quantifiers(action: ActionSchema) -> ActionSchema:
 
 
 def _merge_quantifiers(formula: Formula) -> Formula:
-    """Merge directly nested quantifiers, which unified-planning cannot read in effects."""
+    """Return a formula with its directly nested quantifiers merged.
+
+    unified-planning cannot read such quantifiers in effects.
+    """
     if not isinstance(formula, Quantified) or not isinstance(formula.part, Quantified):
         return formula
     inner = formula.part
@@ -85,7 +89,7 @@ def _merge_quantifiers(formula: Formula) -> Formula:
 def read_task(domain: Domain, problem: Problem) -> Any:
     """Return the problem as an object of unified-planning.
 
-    :raises PlanningError: if parsing fails; the error names the line of the user's file.
+    :raises PlanningError: if parsing fails; the error names the user's file, and the line if it is known.
     """
     io_module = importlib.import_module("unified_planning.io")
     # PDDL permits the same name for a type, an object and a predicate

@@ -77,6 +77,7 @@ class UnifiedPlanner(EnginePlanner):
     :param improve: the seconds of a search for better plans if the problem has a metric and the engine
         supports the search (aries). The engine finds plans in random order: the first plan is rarely the
         best.
+    :raises UnknownPlannerError: if ``improve`` is not a number.
     """
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
@@ -92,7 +93,10 @@ class UnifiedPlanner(EnginePlanner):
         return f"{self.name} is not installed: {command}" if missing_packages else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None if the engine reports that none exists."""
+        """Return a plan; None if the engine reports that none exists.
+
+        :raises PlanningError: if the engine cannot read the problem, fails, or ends without a plan.
+        """
         shortcuts = importlib.import_module("unified_planning.shortcuts")
         shortcuts.get_environment().credits_stream = None  # engines otherwise print their credits to stdout
         names = PlanNames(domain, problem)
@@ -112,7 +116,10 @@ class UnifiedPlanner(EnginePlanner):
         return self._extract_plan(result, names)
 
     def read_plan(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan so far; None without a plan."""
+        """Return the best plan so far; None without a plan.
+
+        :raises PlanningError: if the file is not a plan.
+        """
         file = folder / _BEST_PLAN_FILE
         return load_plan(file, names) if file.exists() else None
 
@@ -133,6 +140,10 @@ class UnifiedPlanner(EnginePlanner):
             return engine.solve(task)
 
     def _extract_plan(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the plan in an engine's result; None if the engine reports that none exists.
+
+        :raises PlanningError: if the engine gives neither a plan nor such a report.
+        """
         status = result.status.name
         # UNSOLVABLE_PROVEN, or UNSOLVABLE_INCOMPLETELY of an engine that does not search all states
         if status.startswith("UNSOLVABLE"):

@@ -12,7 +12,9 @@ from cxbridge_robot_memory.component import robot_memory
 
 
 class PlanningPlugins(Component):
-    """Generates PDDL problems from the robot memory, and plans, for specs with ``pddl-init.clp``.
+    """Generates PDDL problems from the robot memory, and plans.
+
+    The component is for agents that load Fawkes' file ``pddl-init.clp``.
 
     :raises CxbridgeError: if a setting is missing or an interface has another writer.
     """

@@ -48,13 +48,14 @@ class ProblemFiles:
     writes_to_disk: bool = False
     _texts: dict[Path, str] = field(default_factory=dict)
 
-    def resolve(self, *values: str) -> Path:
+    def resolve(self, *path_parts: str) -> Path:
         """Return the path of a file in the configuration.
 
-        :param values: the parts of the path, with blanks and quotes at their ends that are removed.
+        :param path_parts: the parts of the path, which are joined without a separator. Blanks and quotes at
+            the ends of a part are removed.
         """
         # Fawkes' configuration quotes some of these values within YAML
-        text = "".join(value.strip().strip('"').strip() for value in values)
+        text = "".join(part.strip().strip('"').strip() for part in path_parts)
         for placeholder, value in self.substitutions.items():
             text = text.replace(placeholder, value)
         return (self.folder / text).resolve()
@@ -92,7 +93,9 @@ class _Plugin(Closing):
         self._board, self._bus, self._store, self._files = board, bus, store, files
 
     def _open_interface(self, interface_type: str, name: str, **fields: Any) -> None:
-        """Open the interface after all settings are read: their errors would leave the interface open.
+        """Open the interface for writing, and write its first fields.
+
+        The caller must read all settings before: an error of a setting would leave the interface open.
 
         :raises BlackBoardError: if the interface has another writer.
         """
@@ -136,6 +139,7 @@ class PddlRobotMemory(_Plugin):
     ) -> None:
         super().__init__("PddlRobotMemory", board, bus, store, files)
         self._collection = config.get_str(f"{_GENERATOR_KEY}/collection")
+        # Fawkes looks for the files in @BASEDIR@/src
         source_folder = "src" if "@BASEDIR@" in files.substitutions else ""
         base = Path(files.substitutions.get("@BASEDIR@", str(files.folder)), source_folder)
         self._template_file, self._problem_file = (
@@ -148,7 +152,12 @@ class PddlRobotMemory(_Plugin):
         self._open_interface("PddlGenInterface", name)
 
     def _find_file(self, base: Path, text: str) -> Path:
-        """Return a file in the scenario's folder if it exists there, or else in ``base``, Fawkes' sources."""
+        """Return a file in the scenario's folder, or in ``base``, Fawkes' sources.
+
+        The file is in ``base`` only if the scenario's folder lacks the file and ``base`` is a folder.
+
+        :param text: the path in the configuration.
+        """
         path = self._files.resolve(text)
         return path if path.exists() or not base.is_dir() else self._files.resolve(str(base / text.strip()))
 

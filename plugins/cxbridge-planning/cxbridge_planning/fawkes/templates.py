@@ -64,7 +64,8 @@ class ProblemTemplate:
     def fill(self, documents: Documents, values: Mapping[str, str]) -> str:
         """Return the text with documents and values in place of the tags.
 
-        :param values: fields that all sections have, e.g. ``GOAL``.
+        :param values: fields that all sections have, e.g. ``GOAL``; a document's field of the same name hides
+            the value.
         """
         return "".join(_fill_section(self._root, dict(values), documents))
 
@@ -91,12 +92,17 @@ class ProblemTemplate:
         open_sections[0].body.append(self._text[last_tag_end:])
         return open_sections[0]
 
-    def _record_query(self, name: str, text: str | None, offset: int) -> None:
-        """Record the query of a section, for all sections of this name."""
-        if text is None:  # the section repeats an earlier query
+    def _record_query(self, name: str, query_text: str | None, offset: int) -> None:
+        """Record the query of a section, for all sections of this name.
+
+        :param query_text: None if the section has no query of its own.
+        :param offset: the offset of the section in the template, for errors.
+        :raises PlanningError: if the query is not a JSON object.
+        """
+        if query_text is None:  # the section repeats an earlier query
             return
         try:
-            query = _read_query(text)
+            query = _read_query(query_text)
         except ValueError as error:
             raise self._error(f"the query of section {name} is not JSON: {error}", offset) from None
         if not isinstance(query, dict):
@@ -110,21 +116,24 @@ class ProblemTemplate:
         return PlanningError(message, file=self._file or None, line=self._text.count("\n", 0, offset) + 1)
 
 
-def _read_query(text: str) -> Any:
-    """Parse a query as JSON, or as the JavaScript of MongoDB's shell, as in some templates of Fawkes."""
+def _read_query(query_text: str) -> Any:
+    """Parse a query as JSON, or as the JavaScript of MongoDB's shell, as in some templates of Fawkes.
+
+    :raises ValueError: if the query is neither.
+    """
     try:
-        return json.loads(text)
+        return json.loads(query_text)
     except ValueError:
         # JavaScript permits keys without quotes, and single quotes
-        if "'" not in text and not _UNQUOTED_KEY.search(text):
+        if "'" not in query_text and not _UNQUOTED_KEY.search(query_text):
             raise
-    return json.loads(_UNQUOTED_KEY.sub(r'\1"\2":', text).replace("'", '"'))
+    return json.loads(_UNQUOTED_KEY.sub(r'\1"\2":', query_text).replace("'", '"'))
 
 
 def _fill_section(section: _Section, values: dict[str, str], documents: Documents) -> Iterator[str]:
     """Yield the filled parts of a section's body in order.
 
-    :param values: the texts of fields.
+    :param values: the texts of fields by name.
     """
     for item in section.body:
         if isinstance(item, str):

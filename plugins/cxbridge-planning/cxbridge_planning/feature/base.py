@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 DomainOf = Callable[[ClipsEnvironment], Domain | None]
-"""Returns the last domain parsed in an environment, or None."""
+"""Returns the last domain parsed in an environment; None if none was parsed."""
 
 MakeService = Callable[[str], PlanningService]
 """Makes the planning service of an environment."""
@@ -38,7 +38,7 @@ MakeService = Callable[[str], PlanningService]
 class KnownWorld(NamedTuple):
     """The initial state of a problem.
 
-    :param objects: names and types of the objects.
+    :param objects: the objects, each with its type.
     :param facts: the facts that hold.
     :param numbers: the values of functions.
     """
@@ -98,8 +98,9 @@ def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
 
 
 def facts_in(env: ClipsEnvironment, domain: Domain) -> list[Ground]:
-    """Return the facts of a domain's predicates."""
+    """Return the facts of an environment that have a predicate of the domain."""
     predicates = {predicate.name for predicate in domain.predicates}
+    # an agent may define the template with a single slot in place of the multislot
     return [
         (str(name), tuple(map(str, values)))
         for name, values in env.columns(PREDICATE_TEMPLATE, "name", "param-values")
@@ -119,7 +120,7 @@ class PlanningFunctions(ABC):
 
     @property
     def domain(self) -> Domain | None:
-        """The last domain parsed in the environment."""
+        """The last domain parsed in the environment; None if none was parsed."""
         return self._domain_of(self.env)
 
     @abstractmethod
@@ -151,8 +152,8 @@ class PlanningFunctions(ABC):
         :param planner: the name of the planner; empty: the planner of the settings.
         :param timeout: the timeout in seconds; 0: the timeout of the settings.
         :param object_names: the names of the problem's objects, by default all objects.
-        :raises PddlError: without a domain, or if the formula does not suit the domain. The reason is
-            also reported as an event.
+        :raises PddlError: without a domain, or if the formula or a fact does not suit the domain. The reason
+            is also reported as an event.
         """
         domain, planner_name = self.domain, planner or self.settings.planner
         domain_name = "" if domain is None else domain.name

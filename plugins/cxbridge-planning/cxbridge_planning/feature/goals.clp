@@ -1,5 +1,5 @@
-; goals.clp - the effect of a plan on its goal. Loaded by the feature `planner` with the
-; templates of goals and plans.
+; goals.clp - the effect of a plan on its goal. Loaded by the feature `planner` once the
+; templates of goals and plans exist.
 
 (defrule planner-goal-expanded
   "Expand the goal of a plan."
@@ -20,7 +20,7 @@
   (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error PLANNING ?status) (message ?message)))
 
 (defrule planner-call-without-selected-goal
-  "Cancel the call of a goal that has left the mode SELECTED."
+  "Drop the call of a goal that is not in the mode SELECTED; cancel the call if it is running."
   ?call <- (planner-call (id ?id) (goal-id ?goal-id&~nil) (status ?status))
   (not (goal (id ?goal-id) (mode SELECTED)))
   =>

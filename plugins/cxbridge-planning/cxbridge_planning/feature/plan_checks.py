@@ -48,7 +48,7 @@ class _CheckedPlan:
     """A plan with the result of its last check.
 
     :param problem: the problem; only its goal counts, because present facts replace the initial state.
-    :param object_names: the objects of a problem that has only some of the objects; None: all objects.
+    :param object_names: the names of the problem's objects; None: all objects of the environment.
     :param change_count: the number of changes of facts up to the last check; -1 before the first check.
     :param failure: the failure in the last check; empty if the plan was valid.
     :param objects: the objects at the last check; None before the first check.
@@ -79,7 +79,7 @@ class PlanChecks:
     ) -> str:
         """Return why a new plan fails in the present state; empty if the plan is valid.
 
-        :param object_names: the objects of a problem that has only some of the objects; None: all objects.
+        :param object_names: the names of the problem's objects; None: all objects of the environment.
         """
         return self._find_failure(_CheckedPlan(request.domain, request.problem, object_names), actions, ())
 
@@ -93,6 +93,7 @@ class PlanChecks:
         if not self._is_listening:  # without a plan, changes are not counted
             self._is_listening = True
             for template in _WATCHED_TEMPLATES:
+                # each update() counts one change of the template
                 self._env.watcher.follow_changes(template, partial(self._change_counts.update, (template,)))
         # the next check is due after the next change: `find_present_failure` has just checked the plan
         self._plans[plan_id] = _CheckedPlan(
@@ -112,7 +113,11 @@ class PlanChecks:
                 del self._plans[plan_id]
 
     def check(self, plan_id: str) -> Value:
-        """Check the remaining actions of a plan and update its fact; return TRUE if the plan is valid."""
+        """Check the remaining actions of a plan and update its fact; return TRUE if the plan is valid.
+
+        Without relevant changes, or while the plan cannot be checked, the result is that of the last check.
+        An unknown plan is FALSE.
+        """
         plan = self._plans.get(plan_id)
         if plan is None:
             self._warn(f"plan '{plan_id}' is not a checked plan")
@@ -183,6 +188,7 @@ class PlanChecks:
 
         :param failure: the failure in the last check; empty if the plan is valid.
         """
+        # a list, because the loop changes the facts
         for index, _, slots in list(self._env.facts(PLAN_VALID)):
             if slots["plan-id"] != plan_id or slots["message"] == failure:
                 continue

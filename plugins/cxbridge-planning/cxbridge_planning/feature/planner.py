@@ -42,7 +42,7 @@ _GOAL_TEMPLATES: Final = ("goal", "plan", "plan-action")
 class _RunningCall:
     """A call without result.
 
-    :param object_names: the objects of a problem that has only some of the objects; None: all objects.
+    :param object_names: the names of the problem's objects; None: all objects of the environment.
     :param start_us: the time of the call on the run's clock.
     """
 
@@ -94,6 +94,7 @@ class _PlannerFunctions(PlanningFunctions):
             request, reporter = self.request(goal_id, formula, planner, timeout, object_names)
         except PddlError as error:
             self._log.error(f"Cannot plan for {formula}: {error}")
+            # with its own number: a replay finds the calls of planners by their consecutive numbers
             self._refused_count += 1
             call_id = Symbol(f"no-plan-{self._refused_count}")
             slots = {"planner": Symbol(planner or NIL), "status": Symbol("FAILED"), "message": str(error)}
@@ -108,7 +109,7 @@ class _PlannerFunctions(PlanningFunctions):
         return call_id
 
     def cancel(self, call_id: str) -> Value:
-        """Cancel a call; return FALSE if no call with this id is running."""
+        """Cancel a call; return FALSE if there is no call with this id that waits for its result."""
         running_call = self._running_calls.get(call_id)
         if running_call is None:
             return FALSE
@@ -126,7 +127,10 @@ class _PlannerFunctions(PlanningFunctions):
         )
 
     def before_run(self) -> None:
-        """Assert the finished plans."""
+        """Check the plans in execution, and assert the finished plans.
+
+        The first run after the templates of goals exist loads the rules for goals.
+        """
         # the agent's files may define goals after the feature was requested
         if not self._has_goal_rules and all(map(self.env.has_template, _GOAL_TEMPLATES)):
             self._has_goal_rules = True

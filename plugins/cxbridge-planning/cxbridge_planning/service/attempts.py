@@ -36,7 +36,7 @@ class Attempts:
         return result.status is PlanStatus.PLANNED or is_proof or self._requested_planner != AUTO
 
     def with_reasons(self, result: PlanResult) -> PlanResult:
-        """Return a result with the reasons why ``auto`` chose its planner."""
+        """Return a result with the reasons why ``auto`` chose its planner; unchanged for a named planner."""
         if self._requested_planner != AUTO:
             return result
         failures = [failed.message for failed in self._results[:-1]]

@@ -21,7 +21,7 @@ from cxbridge.spawning import python_command
 from cxbridge_planning.planner import PlanResult, PlanStatus
 from cxbridge_planning.service.jobs import FOLDER_PREFIX, Job
 
-_MAX_OUTPUT_BYTES: Final = 500  # bytes of the planner's output in an error
+_MAX_OUTPUT_BYTES: Final = 500  # the limit of the planner's output in an error
 
 
 class PlannerProcess:
@@ -54,13 +54,14 @@ class PlannerProcess:
         return not self.is_killed and self._process.poll() is None
 
     def run(self, job: Job) -> PlanResult:
-        """Run a job and return its result, which is FAILED after a crash. Blocks."""
+        """Run a job, wait for its result and return it; after a crash, the result is FAILED."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
             pickle.dump(job, self._process.stdin)
             self._process.stdin.flush()
             result = pickle.load(self._process.stdout)  # noqa: S301 - written by our own process
+        # the process has ended, or its result is cut or no pickle
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             return PlanResult(
                 PlanStatus.FAILED, job.planner.name, message=self._describe_crash(job.planner.name)

@@ -24,7 +24,9 @@ from cxbridge_planning.service.jobs import Job
 from cxbridge_planning.service.process import PlannerProcess
 from cxbridge_planning.settings import DEFAULT_AT_ONCE, DEFAULT_MEMORY, DEFAULT_TIMEOUT
 
-_TIME_SHARE: Final = 0.6  # the share of the remaining time for each planner except the last
+# The share of the remaining time for each planner except the last. A planner gets more time than all later
+# planners together.
+_TIME_SHARE: Final = 0.6
 
 CANCELLED_TEXT: Final = "planning was cancelled"
 """The message of a cancelled call's result."""
@@ -47,7 +49,7 @@ class PlanRequest:
 
 
 class PlanCall:
-    """A running request, made by :meth:`PlanningService.call`."""
+    """A call of planners for a request, made by :meth:`PlanningService.call`."""
 
     def __init__(self, service: PlanningService, request: PlanRequest) -> None:
         self.request = request
@@ -99,6 +101,8 @@ class PlanCall:
 
     def _try_planners(self, attempts: Attempts, deadline_s: float) -> PlanResult:
         """Try the planners in order until a planner has a plan or proves that there is none.
+
+        The result of a call that was stopped has no meaning.
 
         :param deadline_s: the end of the time limit on the monotonic clock.
         """
@@ -212,7 +216,7 @@ class PlanningService(Closing):
         return call
 
     def plan(self, request: PlanRequest) -> PlanResult:
-        """Make a plan and wait for the result."""
+        """Make a plan, wait for the result and return it."""
         result = self.call(request).wait()
         assert result is not None
         return result
@@ -231,7 +235,10 @@ class PlanningService(Closing):
             process.close()
 
     def take_process(self, call: PlanCall) -> PlannerProcess | None:
-        """Take a process from the pool, when one is free; return None if the call was stopped."""
+        """Take a process from the pool, when one is free; return None if the call was stopped.
+
+        :raises OSError: if a process cannot be started.
+        """
         with self._pool_changed:
             self._pool_changed.wait_for(lambda: self._free_slot_count > 0 or call.was_stopped)
             if call.was_stopped:

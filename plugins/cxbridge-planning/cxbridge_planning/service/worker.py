@@ -28,7 +28,7 @@ _POLL_S = 1.0  # seconds between checks whether the parent is alive
 
 def run_job(job: Job) -> PlanResult:
     """Return the result of a job. Errors become a result with the status FAILED."""
-    start = time.perf_counter()
+    start_s = time.perf_counter()
     name = job.planner.name
     status, actions = PlanStatus.FAILED, None
     try:
@@ -42,11 +42,14 @@ def run_job(job: Job) -> PlanResult:
     except Exception as error:  # noqa: BLE001 - a planner may raise anything
         message = f"{name} failed: {type(error).__name__}: {error}"
     valid_actions = actions or () if status is PlanStatus.PLANNED else ()
-    return PlanResult(status, name, valid_actions, message, time.perf_counter() - start)
+    return PlanResult(status, name, valid_actions, message, time.perf_counter() - start_s)
 
 
 def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[PlanStatus, str]:
-    """Return the status of a planner's result, and why there is no valid plan."""
+    """Return the status of a planner's result, and why there is no valid plan (empty for a valid plan).
+
+    A plan whose check is inconclusive counts as valid.
+    """
     name = job.planner.name
     if actions is None:
         from cxbridge_planning.compile.relaxed import no_plan_reason  # noqa: PLC0415 - most problems have a plan

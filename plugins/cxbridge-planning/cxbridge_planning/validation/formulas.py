@@ -1,8 +1,8 @@
 """Conditions and effects of a ground action at the moments of a plan.
 
 PDDL 2.1 gives each part of a durative action a time: ``at start``, ``at end`` or ``over all``. A moment is
-the start or the end of an action in the state of that time. As an effect at the end may have a condition at
-the start, the moment of an end refers to the moment of the start.
+a time in a plan, with the state at that time. As an effect at the end may have a condition at the start, the
+moment of an end refers to the moment of the start.
 """
 
 from __future__ import annotations
@@ -51,8 +51,9 @@ class _BoundEffect(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A state that an action reads and changes.
+    """A time in a plan at which conditions are evaluated or effects happen.
 
+    :param state: the state at that time, before the effects.
     :param duration: the duration of the action; None for an action without duration.
     :param start: the moment of the action's start, for ``at start`` conditions of ``at end`` effects.
     """
@@ -139,7 +140,8 @@ def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, tim
     """Return the changes of an effect.
 
     :param time: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
-    :raises CxbridgeError: if a number has no value, or the effect is continuous.
+    :raises CxbridgeError: if a number has no value, the effect is continuous, or the condition of an effect
+        has a part ``over all``.
     """
     changes = Changes()
     state = moment.known_state()
@@ -189,7 +191,10 @@ def _find_effects(  # noqa: C901, PLR0912  a case for each kind of formula
 
 
 def _condition_holds(condition: Formula, binding: Binding, moment: Moment) -> bool:
-    """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start."""
+    """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start.
+
+    :raises PlanningError: if a part has the time ``over all``.
+    """
     if not _has_times(condition):
         return condition.holds(moment.known_state(), binding)
     if next(parts_at(condition, OVER_ALL), None) is not None:

@@ -38,6 +38,7 @@ from cxbridge_planning.validation.formulas import (
 )
 from cxbridge_planning.validation.world import Changes, WorldState
 
+# greater than the rounding errors of times, and smaller than the differences between the times in plan files
 SAME_TIME_S: Final = 1e-7
 """The maximum time between simultaneous happenings in seconds."""
 
@@ -50,7 +51,7 @@ class PlanCheck:
     """The result of checking a plan.
 
     :param failure: why the plan is invalid; else empty.
-    :param step: the number of the first impossible step, from 1; 0: the goal is not reached, or an action
+    :param step: the number of the first impossible step, from 1; 0 if all steps are possible, or if an action
         fails that was running before the plan.
     :param inconclusive_reason: why the check is inconclusive; else empty.
     """
@@ -61,11 +62,16 @@ class PlanCheck:
 
 
 class _StepError(Exception):
-    """An impossible step."""
+    """An impossible step.
 
-    def __init__(self, step: int, reason: str) -> None:
-        super().__init__(reason)
-        self.step = step
+    :param number: the number of the step; 0 or less for an action that was running before the plan.
+    :param reason: why the step is impossible.
+    :ivar step: the number for :class:`PlanCheck`, which has 0 for such actions.
+    """
+
+    def __init__(self, number: int, planned_action: PlannedAction, reason: str) -> None:
+        super().__init__(f"{_describe_step(number, planned_action)}: {reason}")
+        self.step = max(0, number)
 
 
 @dataclass(slots=True)
@@ -129,7 +135,7 @@ def check_plan(
 
 
 class _Checker:
-    """The state of one check.
+    """Checks one plan.
 
     :param state: the state before the plan.
     """
@@ -159,10 +165,13 @@ class _Checker:
         return PlanCheck(f"the goal is not reached: {false_part}" if false_part else "")
 
     def _make_step(self, number: int, planned_action: PlannedAction, *, is_running: bool = False) -> _Step:
-        """Return a step, after checks of its name and objects."""
+        """Return a step of a plan.
+
+        :raises _StepError: if the action does not exist, or the objects do not suit its parameters.
+        """
 
         def step_error(reason: str) -> _StepError:
-            return _StepError(number, f"step {number}, {_format_action(planned_action)}: {reason}")
+            return _StepError(number, planned_action, reason)
 
         action = self._actions.get(planned_action.name)
         if action is None:
@@ -181,7 +190,10 @@ class _Checker:
         return _Step(number, planned_action, action, binding, start, start + duration, is_running=is_running)
 
     def _happenings(self, steps: Sequence[_Step]) -> Iterator[_Happening]:
-        """Yield the happenings of the steps. In a plan without times, the steps are consecutive."""
+        """Yield the happenings of the steps.
+
+        In a plan without times, the steps get consecutive times.
+        """
         is_timed = any(step.planned_action.start is not None for step in steps)
         next_start = 0.0
         for step in steps:
@@ -216,7 +228,10 @@ class _Checker:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
     def _execute_happening(self, happening: _Happening, state: WorldState) -> tuple[set[Ground], Changes]:
-        """Return the facts that a happening reads, and its changes."""
+        """Return the facts and functions that a happening reads, and its changes.
+
+        :raises _StepError: if a condition is false, or the duration is impossible.
+        """
         step, action = happening.step, happening.step.action
         moment = Moment(state, self._objects, step.duration, step.start_moment)
         is_start = happening.part == "start"
@@ -225,6 +240,8 @@ class _Checker:
         reads = set[Ground]()
         if is_start:
             step.start_moment = moment
+        # the executive applies all effects of an action after its end: the facts lack the start effects of a
+        # running action, so they count below
         if not step.is_running or happening.part == "end":  # conditions of a running action held at its start
             self._require(step, conditions, state)
             if is_start and action.duration is not None and step.planned_action.duration is not None:
@@ -241,7 +258,7 @@ class _Checker:
         for condition in conditions:
             false_part = describe_false_part(condition, step.binding, moment)
             if false_part:
-                raise _StepError(max(0, step.number), f"{_describe_step(step)}: {false_part}")
+                raise _StepError(step.number, step.planned_action, false_part)
 
 
 def _group_simultaneous(happenings: Sequence[_Happening]) -> Iterator[list[_Happening]]:
@@ -262,7 +279,8 @@ def _group_simultaneous(happenings: Sequence[_Happening]) -> Iterator[list[_Happ
 def _refuse_interference(executed_happenings: Sequence[tuple[_Happening, set[Ground], Changes]]) -> None:
     """Refuse simultaneous happenings if one changes a fact that another reads or changes differently.
 
-    :param executed_happenings: each happening with the facts that it reads, and its changes.
+    :param executed_happenings: each happening with the facts and functions that it reads, and its changes.
+    :raises _StepError: for the second of two such happenings.
     """
     for (first, first_reads, first_changes), (second, second_reads, second_changes) in combinations(
         executed_happenings, 2
@@ -277,14 +295,18 @@ def _refuse_interference(executed_happenings: Sequence[tuple[_Happening, set[Gro
             name, arguments = min(conflicts)  # the smallest, so that the error is reproducible
             raise _StepError(
                 second.step.number,
-                f"{_describe_step(second.step)}: at {second.time:g} s this action and "
+                second.step.planned_action,
+                f"at {second.time:g} s this action and "
                 f"{_format_action(first.step.planned_action)} both affect {format_list(name, *arguments)}; "
                 "begin one of the two actions later",
             )
 
 
 def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
-    """Check the constraint on ``?duration`` within the tolerance."""
+    """Check the constraint on ``?duration`` within the tolerance.
+
+    :raises _StepError: if the duration of the step is impossible.
+    """
     duration = step.duration or 0.0
     for part in (*parts_at(constraint, AT_START), *parts_at(constraint, AT_END)):
         limit = None
@@ -300,18 +322,17 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
             is_violated = is_too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
             requirement_text = f", but the domain requires {limit:g}"
         if is_violated:
-            raise _StepError(
-                step.number, f"{_describe_step(step)}: it takes {duration:g} s{requirement_text}"
-            )
+            raise _StepError(step.number, step.planned_action, f"it takes {duration:g} s{requirement_text}")
 
 
 def _format_action(planned_action: PlannedAction) -> str:
     return format_list(planned_action.name, *planned_action.arguments)
 
 
-def _describe_step(step: _Step) -> str:
+def _describe_step(number: int, planned_action: PlannedAction) -> str:
+    """Return the start of an error about a step; see :class:`_StepError`."""
     return (
-        f"step {step.number}, {_format_action(step.planned_action)}"
-        if step.number > 0
-        else f"{_format_action(step.planned_action)}, running"
+        f"step {number}, {_format_action(planned_action)}"
+        if number > 0
+        else f"{_format_action(planned_action)}, running"
     )

@@ -34,9 +34,16 @@ def test_packaged_program_finds_plan(name, metric):
     assert [str(step) for step in result.actions] == ["(go k1 k2)", "(go k2 k3)"], result.message
 
 
-def test_unknown_option_of_program_is_refused():
-    with pytest.raises(UnknownPlannerError, match="planner fast-downward has no options x"):
-        make_planner("fast-downward", {"x": "y"})
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"x": "y"}, "planner fast-downward has no options x"),
+        ({"options": '"open'}, "the options of planner fast-downward are invalid: No closing quotation"),
+    ],
+)
+def test_wrong_options_of_program_are_refused(options, message):
+    with pytest.raises(UnknownPlannerError, match=message):
+        make_planner("fast-downward", options)
 
 
 # ---- programs on the PATH

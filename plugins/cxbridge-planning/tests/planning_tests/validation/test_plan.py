@@ -130,15 +130,25 @@ def test_temporal_plans_are_checked(plan, failure):
     assert failure in check_result.failure if failure else not check_result.failure
 
 
-def test_running_actions_have_applied_start_effects():
-    check_result = check_plan(
-        KITCHEN, BREAKFAST, [cook(0, "ben", "toast", 2)], running=[cook(-1, "ann", "egg", 4)]
-    )
-    assert check_result.failure == ""
-    conflict = check_plan(
-        KITCHEN, BREAKFAST, [cook(0, "ann", "toast", 2)], running=[cook(-1, "ann", "egg", 4)]
-    )
-    assert "(free ann) is false" in conflict.failure
+@pytest.mark.parametrize(
+    ("action", "running_action", "failure"),
+    [
+        (cook(0, "ben", "toast", 2), cook(-1, "ann", "egg", 4), ""),
+        (
+            cook(0, "ann", "toast", 2),
+            cook(-1, "ann", "egg", 4),
+            "step 1, (cook ann toast): (free ann) is false",
+        ),
+        (
+            cook(0, "ben", "toast", 2),
+            cook(-1, "eve", "egg", 4),
+            "(cook eve egg), running: ?c must be of type cook, which eve is not",
+        ),
+    ],
+)
+def test_running_actions_count_with_their_start_effects(action, running_action, failure):
+    check_result = check_plan(KITCHEN, BREAKFAST, [action], running=[running_action])
+    assert check_result.failure == failure
 
 
 def test_function_without_value_leaves_plan_unchecked():
