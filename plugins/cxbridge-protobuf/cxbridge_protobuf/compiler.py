@@ -29,11 +29,15 @@ def compile_folder(folder: Path, import_path: Sequence[Path]) -> list[Any]:
 
 
 def compile_files(file_names: Sequence[str], folder: Path, import_path: Sequence[Path]) -> bytes:
-    """Compile files of a folder; return the encoded ``FileDescriptorSet``, see :func:`compile_folder`."""
+    """Compile files of a folder; return the encoded ``FileDescriptorSet`` of the files and their imports.
+
+    :param import_path: as in :func:`compile_folder`.
+    :raises ProtobufError: with the compiler's messages if a file is invalid.
+    """
     with tempfile.TemporaryDirectory(prefix="cxbridge-proto-") as temporary_folder:
-        output = Path(temporary_folder) / "set"
+        descriptor_file = Path(temporary_folder) / "set"
         arguments = [f"-I{import_folder}" for import_folder in import_path]
-        arguments += ["--include_imports", f"--descriptor_set_out={output}", *file_names]
+        arguments += ["--include_imports", f"--descriptor_set_out={descriptor_file}", *file_names]
         process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
             # a separate process, since the import of grpc_tools changes Python's import system, and its
             # compiler prints errors to stderr
@@ -44,4 +48,4 @@ def compile_files(file_names: Sequence[str], folder: Path, import_path: Sequence
         )
         if process.returncode != 0:
             raise ProtobufError(process.stderr.decode("utf-8", "replace").strip())
-        return output.read_bytes()
+        return descriptor_file.read_bytes()

@@ -21,10 +21,13 @@ class Connections(Protocol):
         """Return the events since the last call."""
 
     def enable_server(self, port: int) -> None:
-        """Listen for clients."""
+        """Listen for clients; ignored if a server exists or the port is below 1.
+
+        :raises ProtobufError: if the port is unavailable.
+        """
 
     def disable_server(self) -> None:
-        """Stop listening."""
+        """Stop listening, and close the connections of the server's clients."""
 
     def connect(self, host: str, port: int) -> int:
         """Connect to a server; return the client's id, or 0 for a port below 1."""
@@ -35,23 +38,35 @@ class Connections(Protocol):
     def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
         """Create a peer that sends to an address and receives on a port.
 
-        :returns: the id of the peer, or 0 for a port below 1.
+        :param recv_port: the receiving port; below 1 for the same port as ``send_port``.
+        :param secret: the secret for encryption; empty for unencrypted messages.
+        :returns: the id of the peer, or 0 if ``send_port`` is below 1.
+        :raises ProtobufError: if the peer cannot be created.
         """
 
     def destroy_peer(self, peer_id: int) -> None:
         """Close a peer; unknown ids are ignored."""
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption."""
+        """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption.
+
+        :raises ProtobufError: if the cipher is unknown.
+        """
 
     def send(self, link_id: int, frame: Frame) -> None:
-        """Send over a connection or a peer."""
+        """Send over a connection or a peer; unknown ids are ignored.
+
+        :raises ProtobufError: if the message cannot be sent.
+        """
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
-        """Send over a peer; unknown ids are ignored."""
+        """Send over a peer; unknown ids are ignored.
+
+        :raises ProtobufError: if the message cannot be sent.
+        """
 
     def close(self) -> None:
-        """Close all connections."""
+        """Close all connections and peers."""
 
 
 # creates connections from message types, and a function that returns the time in microseconds

@@ -155,7 +155,7 @@ class ProtobufState:
         return self.format_message(message)
 
     def format_message(self, message: Any) -> str:
-        """Return the text of a message for ``pb-tostring``."""
+        """Return the text of a message for ``pb-tostring``. Subclasses may override this method."""
         return str(message)
 
     # --- fields -----------------------------------------------------------------------------------------
@@ -192,6 +192,7 @@ class ProtobufState:
             return _UNKNOWN_FIELD
         if field.is_list:
             raise ClipsError(f"field {name} of {type_name} is a list", hint="pb-field-list")
+        # as in Fawkes, a message field that is not set has an empty message
         if not field.nested_type and not fields.has_value(message, field):
             self._log.warn(f"Field {name} of {type_name} not set")
             return _NOT_SET
@@ -306,11 +307,11 @@ class ProtobufState:
         )
 
     def sender_value(self, event: ReceivedMessage) -> Value:
-        """Return the value of the slot ``rcvd-from``."""
+        """Return the value of the slot ``rcvd-from``. Subclasses may override this method."""
         return (event.host, event.port)
 
     def time_value(self, time_us: int) -> Value:
-        """Return the value of the slot ``rcvd-at``."""
+        """Return the value of the slot ``rcvd-at``. Subclasses may override this method."""
         return split_us(time_us)
 
     def _assert_connection_change(self, event: ConnectionChange) -> None:
@@ -326,8 +327,8 @@ class ProtobufFeature(Feature):
     """Defines the ``pb-*`` functions, and asserts facts for received messages.
 
     :param make_connections: makes the connections of an environment; None for connections over sockets.
-    :param defines_templates: whether to define the templates of the facts, and the rules that retract facts
-        of previous loops; False if the caller defines the templates.
+    :param defines_templates: whether to define the templates of the facts, and the rules that retract the
+        facts after the agent's rules; False if the caller defines templates and rules.
     """
 
     name = "protobuf"
@@ -374,7 +375,7 @@ class ProtobufFeature(Feature):
             state.connections.close()
 
 
-def make_feature(context: Run) -> ProtobufFeature:
+def make_feature(run: Run) -> ProtobufFeature:
     """Return the feature of a run."""
-    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
-    return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS_KEY))
+    settings = ProtobufSettings.from_config(run.config, run.paths.expand)
+    return ProtobufFeature(settings, run.additions.values.get(CONNECTIONS_KEY))

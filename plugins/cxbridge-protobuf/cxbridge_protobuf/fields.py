@@ -30,7 +30,8 @@ _HALF_RANGE, _FULL_RANGE = 1 << 63, 1 << 64
 
 AddMessage = Callable[[Message], Value]  # stores a message, and returns its address for CLIPS
 
-GetMessage = Callable[[Value], Message]  # returns the message at an address; None if the address is unknown
+# returns the message at an address; None if the address is unknown
+GetMessage = Callable[[Value], Message | None]
 
 
 class MessageField(Struct, frozen=True):
@@ -71,6 +72,7 @@ def _find_cached_field(message_type: Any, name: str) -> MessageField | None:
 
 
 def find_field(message: Message, name: str) -> MessageField | None:
+    """Return the field of a message with a name; None if its type has no such field."""
     return _find_cached_field(message.DESCRIPTOR, name)
 
 
@@ -97,6 +99,7 @@ def field_label(field: MessageField) -> Symbol:
 
 
 def has_value(message: Message, field: MessageField) -> bool:
+    """Return whether a field is set; a list or map is set if it is not empty."""
     if field.is_list:
         return len(getattr(message, field.name)) > 0
     if field.descriptor.has_presence:
@@ -106,13 +109,14 @@ def has_value(message: Message, field: MessageField) -> bool:
 
 
 def field_value(message: Message, field: MessageField, add_message: AddMessage) -> Value:
-    """Return the value of a field other than a list."""
+    """Return the value of a field other than a list; the default value of a field that is not set."""
     if field.type_code == FieldDescriptor.TYPE_BYTES:
         return "bytes"  # as in protobuf_comm, since CLIPS has no type for bytes
     return _to_clips(field, getattr(message, field.name), add_message)
 
 
 def list_values(message: Message, field: MessageField, add_message: AddMessage) -> tuple[Value, ...]:
+    """Return the elements of a list or map; see :func:`_list_elements`."""
     if field.type_code == FieldDescriptor.TYPE_BYTES:
         # protobuf_comm has this symbol in lists, but the string for a single value
         return (Symbol("BYTES"),) * len(getattr(message, field.name))
@@ -125,8 +129,9 @@ def change_value(
     """Set a field, or append to a list.
 
     :param is_added: whether to append to a list.
-    :raises ProtobufError: if the field is a list that is to be set, or no list, or if the value has a wrong
-        type.
+    :raises UnknownEnumValueError: if the enumeration of the field has no such value.
+    :raises ProtobufError: if the field is a list and is not appended to, or the reverse, or if the value does
+        not suit the type of the field.
     """
     if field.is_list != is_added:
         raise ProtobufError(
@@ -194,7 +199,11 @@ def _to_clips(field: MessageField, item: Any, add_message: AddMessage) -> Value:
 
 
 def _to_protobuf(field: MessageField, clips_value: Value, get_message: GetMessage) -> Any:
-    """Convert a CLIPS value to the type of a field."""
+    """Convert a CLIPS value to the type of a field.
+
+    :raises UnknownEnumValueError: if the enumeration of the field has no such value.
+    :raises ProtobufError: if the value does not suit the type of the field.
+    """
     type_code = field.type_code
     if type_code == FieldDescriptor.TYPE_MESSAGE:
         nested_message = get_message(clips_value)
@@ -225,7 +234,7 @@ def _to_protobuf(field: MessageField, clips_value: Value, get_message: GetMessag
 
 
 class UnknownEnumValueError(ProtobufError):
-    """An enumeration has no value with a name."""
+    """An enumeration has no value with the name that a rule has set."""
 
 
 def _find_enum_number(field: MessageField, name: str) -> int:

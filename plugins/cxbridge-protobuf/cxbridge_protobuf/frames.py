@@ -35,6 +35,7 @@ class Frame:
 
 
 def encode_frame(frame: Frame) -> bytes:
+    """Return an unencrypted frame with its header."""
     return add_header(NO_CIPHER, encode_payload(frame))
 
 
@@ -83,20 +84,20 @@ def decode_datagram(datagram: bytes) -> tuple[int, bytes]:
 class StreamDecoder:
     """Splits a byte stream into frames.
 
-    :param max_size: the limit of a frame's size without its header.
+    :param max_payload_bytes: the limit of a frame's size without its header.
     """
 
-    def __init__(self, max_size: int) -> None:
-        self._max_size = max_size
+    def __init__(self, max_payload_bytes: int) -> None:
+        self._max_payload_bytes = max_payload_bytes
         self._buffer = bytearray()
 
-    def feed(self, data: bytes) -> Iterator[Frame]:
-        """Add received bytes, and yield the complete frames.
+    def feed(self, received_bytes: bytes) -> Iterator[Frame]:
+        """Add received bytes, and yield the complete frames. The caller must consume all frames.
 
         :raises ProtobufError: if a frame has another version or an invalid size, or is encrypted; then the
             decoder is unusable.
         """
-        self._buffer += data
+        self._buffer += received_bytes
         start = 0
         while len(self._buffer) - start >= _HEADER.size:
             end = start + _HEADER.size + self._read_size(start)
@@ -107,14 +108,18 @@ class StreamDecoder:
         del self._buffer[:start]  # only once, since a deletion moves all remaining bytes
 
     def _read_size(self, start: int) -> int:
-        """Return the size in the header of the frame at an offset."""
+        """Return the size in the header of the frame at an offset.
+
+        :raises ProtobufError: as in :meth:`feed`.
+        """
         version, cipher_number, size = _HEADER.unpack_from(self._buffer, start)
         if version != _VERSION:
             raise ProtobufError(f"the stream has no frames of version {_VERSION}")
         if cipher_number != NO_CIPHER:
             raise ProtobufError("a frame is encrypted, which streams never are")
-        if not _MESSAGE_HEADER.size <= size <= self._max_size:
+        if not _MESSAGE_HEADER.size <= size <= self._max_payload_bytes:
             raise ProtobufError(
-                f"a frame reports {size} bytes, but must have {_MESSAGE_HEADER.size} to {self._max_size}"
+                f"a frame reports {size} bytes, "
+                f"but must have {_MESSAGE_HEADER.size} to {self._max_payload_bytes}"
             )
         return int(size)

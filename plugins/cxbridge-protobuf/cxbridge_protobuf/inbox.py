@@ -40,12 +40,13 @@ class ReceivedMessage:
     """A received message.
 
     :param link_id: the id of the connection or of the peer.
-    :param host: the address of the sender; empty for messages to a client, whose port is 0.
+    :param host: the address of the sender; empty for messages to a client.
+    :param port: the port of the sender; 0 for messages to a client.
     :param component: the component id in the frame.
     :param type: the number of the message type in the frame.
     :param arrival_us: the time of the arrival in microseconds.
     :param message: the message; None for an invalid message.
-    :param problem: the reason why the message is invalid.
+    :param problem: the reason why the message is invalid; empty for a valid message.
     """
 
     role: LinkRole
@@ -109,12 +110,11 @@ class Inbox:
         self._was_full = False
         self._complaints = Complaints(lambda text: self.add_event(LogWarning(text)))
 
-    @property
-    def is_full(self) -> bool:
-        """Whether reading should pause; if true, the next :meth:`drain` reports that the inbox was full."""
+    def record_if_full(self) -> bool:
+        """Return whether reading should pause; if so, the next :meth:`drain` reports a full inbox."""
         with self._lock:
             is_full = self._message_count >= MAX_MESSAGES or self._byte_count >= _MAX_BYTES
-            # recorded, since a caller pauses at a full inbox, and must resume after the next drain
+            # a caller pauses at a full inbox, and must resume after the next drain
             self._was_full |= is_full
             return is_full
 
@@ -136,7 +136,7 @@ class Inbox:
         self._complaints.add(kind, text)
 
     def drain(self) -> tuple[list[InboxEvent], bool]:
-        """Remove and return all events; also return whether :attr:`is_full` was true since the last call."""
+        """Remove and return all events; also return whether :meth:`record_if_full` found a full inbox."""
         with self._lock:
             events, self._events = self._events, []
             was_full, self._was_full = self._was_full, False

@@ -163,7 +163,10 @@ class LocalConnections:
         self._peers.pop(peer_id, None)
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Make a peer's messages readable only with the same secret and cipher."""
+        """Let only peers with the same secret and cipher read a peer's messages from now on.
+
+        If the secret or the cipher is empty, peers without encryption can read them.
+        """
         peer = self._peers.get(peer_id)
         if peer is not None:
             peer.key = _make_key(secret, cipher)
@@ -235,4 +238,5 @@ class LocalConnections:
 
 
 def _make_key(secret: str, cipher: str) -> tuple[str, str]:
+    """Return the key of a :class:`_LocalPeer`. Upper and lower case of the cipher make no difference."""
     return (secret, cipher.lower()) if secret and cipher else ("", "")

@@ -102,7 +102,7 @@ class Peer(asyncio.DatagramProtocol):
         host, port = addr
         if addr == self._own_address:
             return  # a broadcast reaches its sender, too
-        if self._inbox.is_full:
+        if self._inbox.record_if_full():
             self._warn(host, port, "dropped, because the rules do not keep up with the messages")
             return
         try:

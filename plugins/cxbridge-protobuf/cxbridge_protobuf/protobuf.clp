@@ -9,6 +9,7 @@
   (multislot rcvd-from (cardinality 2 2))               ; host and port
   (multislot rcvd-at (type INTEGER) (cardinality 2 2))  ; seconds and microseconds
   (slot client-type (type SYMBOL) (allowed-values SERVER CLIENT PEER))
+  ; id of the connection or peer, and address of the message
   (slot client-id (type INTEGER)) (slot ptr (type EXTERNAL-ADDRESS)))
 
 (deftemplate protobuf-receive-failed
@@ -30,8 +31,8 @@
 (deffunction pb-print-failed (?receiver ?component ?type ?host ?port ?problem)
   (printout t ?receiver " rcv fail for " ?component ":" ?type " from " ?host ":" ?port ": " ?problem crlf))
 
-;; These rules delete received messages, since CLIPS keeps facts forever. Fawkes' salience is low, so that the
-;; agent's rules see the messages first.
+;; These rules delete received messages, since CLIPS keeps facts forever. The salience is Fawkes'. It is low, so
+;; that the agent's rules see the messages first.
 
 (defrule protobuf-cleanup-receive-failed
   (declare (salience -4000))

@@ -32,6 +32,7 @@ class ProtobufSettings:
         """Read the settings.
 
         :param expand: returns the folders for a configured path.
+        :raises ConfigError: if a setting has the wrong type.
         """
         folders = config.get_strings(_SETTINGS_PATH + "proto-dirs", default=[])
         return cls(

@@ -29,7 +29,8 @@ ResultT = TypeVar("ResultT")
 
 MAX_CLIENTS: Final = 256  # clients of a server; additional clients are disconnected
 
-_THREAD_TIMEOUT_S = 10  # far longer than any work of the thread, which never blocks
+# far longer than any work of the thread, except for the look-up of a host whose name server does not answer
+_THREAD_TIMEOUT_S = 10
 _ALL_INTERFACES = "*"  # the setting of the server's address for all network interfaces
 _MAX_PORT = 65535
 
@@ -116,7 +117,7 @@ class SocketConnections:
         :param recv_port: the receiving port; below 1 for the same port as ``send_port``.
         :param secret: the secret for encryption; empty for unencrypted messages.
         :returns: 0 if ``send_port`` is below 1.
-        :raises ProtobufError: if the port or the cipher is unavailable.
+        :raises ProtobufError: if a port or the cipher is unavailable, or the host is unknown.
         """
         if send_port <= 0:
             return 0
@@ -137,7 +138,10 @@ class SocketConnections:
             self._run_in_thread(peer.close())
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption."""
+        """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption.
+
+        :raises ProtobufError: if the cipher is unknown.
+        """
         peer = self._peers.get(peer_id)
         if peer is not None:
             peer.crypter = _make_crypter(secret, cipher)
@@ -170,7 +174,7 @@ class SocketConnections:
         self._call_in_thread(peer.send, frame)
 
     def close(self) -> None:
-        """Close all connections and end the thread; the network is unusable afterwards."""
+        """Close all connections and end the thread; the object is unusable afterwards."""
         self.disable_server()
         for link in self._remove_links():
             self._call_in_thread(link.close)
@@ -253,7 +257,9 @@ class SocketConnections:
                 ConnectionChange(link.role, link.id, is_connected=True, host=link.host, port=link.port)
             )
         elif link.role is LinkRole.SERVER:
-            self.inbox.warn(f"Client {link.host} is rejected: there are too many clients", kind="many")
+            self.inbox.warn(
+                f"Client {link.host} is rejected: there are too many clients", kind="too many clients"
+            )
         return is_accepted
 
     def report_loss(self, link: StreamLink, reason: str) -> None:
@@ -269,6 +275,7 @@ class SocketConnections:
         link.is_connected = False
         with self._lock:
             was_open = link.id in self._links
+            # a client's link stays, so that `send` refuses its messages; an unknown id would be ignored
             if link.role is LinkRole.SERVER:
                 self._links.pop(link.id, None)
         if was_open:

@@ -83,7 +83,7 @@ class StreamLink(asyncio.Protocol):
         except ProtobufError as error:
             self._abort(error.message)
             return
-        if self._owner.inbox.is_full:
+        if self._owner.inbox.record_if_full():
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
