@@ -95,7 +95,7 @@ class ProblemTemplate:
     def _record_query(self, name: str, query_text: str | None, offset: int) -> None:
         """Record the query of a section, for all sections of this name.
 
-        :param query_text: None if the section has no query of its own.
+        :param query_text: None if the section repeats the query of an earlier section.
         :param offset: the offset of the section in the template, for errors.
         :raises PlanningError: if the query is not a JSON object.
         """
