@@ -13,7 +13,7 @@ from cxbridge_fawkes.settings import FawkesSettings
 
 
 class FawkesServerComponent(Component):
-    """Serves Fawkes' tools."""
+    """Serves the daemon's blackboard, configuration, log and list of components to Fawkes' tools."""
 
     steady = True  # clients cannot stop the server that serves them
 

@@ -27,7 +27,7 @@ from cxbridge_fawkes.network.hashes import fawkes_hash
 
 
 class BBLoggerWriter(RunWriter):
-    """A folder of bblogger files, one per written interface.
+    """Writer of a folder of bblogger files, one per written interface.
 
     Each write, changed or not, becomes an entry, which is complete in the file when :meth:`write` returns.
     The header has the number of entries only after the file is closed.
@@ -62,7 +62,10 @@ class BBLoggerWriter(RunWriter):
         return frozenset({BlockWrite})
 
     def write(self, event: Event) -> None:
-        """Append an entry; the first write of an interface creates its file."""
+        """Append an entry; the first write of an interface creates its file.
+
+        :raises TraceError: if the file cannot be created or written.
+        """
         if not isinstance(event, BlockWrite):
             return
         file = self._files.get(event.uid)
@@ -127,16 +130,19 @@ class _InterfaceFile:
             self._file.truncate(self._end_offset)
             self._write_at(pack_count(self._count), COUNT_OFFSET)
 
-    def _write_at(self, data: bytes, offset: int) -> None:
+    def _write_at(self, content: bytes, offset: int) -> None:
         self._file.seek(offset)
-        unwritten = memoryview(data)
-        # an unbuffered file may write only a part of the data
+        unwritten = memoryview(content)
+        # an unbuffered file may write only a part of the content
         while unwritten:
             unwritten = unwritten[self._file.write(unwritten) :]
 
 
 def open_recording(folder: Path, recording_info: RecordingInfo) -> BBLoggerWriter:
-    """Open a folder for the files of a run."""
+    """Open a folder for the files of a run.
+
+    :raises TraceError: if files cannot be created in the folder.
+    """
     return BBLoggerWriter(
         folder, recording_info.scenario, start_us=recording_info.start_us, utc=recording_info.uses_utc
     )

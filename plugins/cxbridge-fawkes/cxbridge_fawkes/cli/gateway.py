@@ -38,7 +38,7 @@ def gateway(
     """Mirror interfaces between two blackboards, in the foreground until SIGINT or SIGTERM.
 
     Each interface is mirrored from the blackboard with its writer to the other one. Messages are sent to the
-    writer, with the serial of the sending instance. See docs/daemon.md#the-gateway.
+    writer, through one instance of the gateway for each sender. See docs/daemon.md#the-gateway.
 
     Exit status: 0 stopped on request; 2 bad input, or a blackboard does not answer.
 

@@ -21,7 +21,7 @@ from cxbridge.trace.formats.files import writing
 from cxbridge_fawkes.bblogger.header import file_name
 from cxbridge_fawkes.bblogger.reader import BBLoggerFile, BBLoggerFolder
 
-_TITLE: Final = "# Time relative to beginning (in sec)"  # of the first column
+_TIME_TITLE: Final = "# Time relative to beginning (in sec)"  # the title of the first column
 
 # As in ffbblog, this text stands for a number that is not an item of an enum.
 _UNKNOWN_ITEM: Final = "UNKNOWN"
@@ -30,37 +30,41 @@ _SUFFIX = ".csv"
 
 
 def convert_bblogger(run: Run, path: Path) -> list[str] | None:
-    """Convert bblogger files to CSV files directly, with the times and the bytes of texts in the files.
+    """Convert bblogger files to CSV files directly; times and the bytes of texts stay as they are.
 
-    :param path: the CSV file; for several files, the folder of CSV files.
+    Files of a folder whose interface type has no fitting definition are left out with a note.
+
+    :param path: a CSV file for a single interface, otherwise a folder.
     :returns: notes for the user, or None for a run of another format.
-    :raises TraceError: if a file cannot be read or written.
+    :raises TraceError: if a file cannot be read or written, if the definition for the only file is missing,
+        or if `path` is a CSV file and the run has several interfaces.
     """
     if isinstance(run, BBLoggerFile):
         _convert_file(run, path / f"{run.path.stem}{_SUFFIX}" if path.is_dir() else path)
         return list(run.notes)
     if not isinstance(run, BBLoggerFolder):
         return None
-    files = run.file_runs()
-    if path.suffix == _SUFFIX and len(files) != 1:
+    file_runs = run.file_runs()
+    if path.suffix == _SUFFIX and len(file_runs) != 1:
         raise _make_several_interfaces_error(path)
     notes = list(run.notes)
     if path.suffix != _SUFFIX:
         _make_folder(path)
-    for file in files:
-        if file.header.schema is None:
-            notes.append(f"{file.path.name}: left out: {file.header.problem}")
+    for file_run in file_runs:
+        if file_run.header.schema is None:
+            notes.append(f"{file_run.path.name}: left out: {file_run.header.problem}")
             continue
-        _convert_file(file, path if path.suffix == _SUFFIX else path / f"{file.path.stem}{_SUFFIX}")
-        notes += [f"{file.path.name}: {note}" for note in file.notes]
+        _convert_file(file_run, path if path.suffix == _SUFFIX else path / f"{file_run.path.stem}{_SUFFIX}")
+        notes += [f"{file_run.path.name}: {note}" for note in file_run.notes]
     return notes
 
 
 class CsvWriter(RunWriter):
-    """CSV files of the interface writes of any run; times count from the first write.
+    """Writer of CSV files of the interface writes of any run; times count from the first write.
 
     :param path: the file of a single interface if the name ends with ``.csv``, otherwise a folder.
-    :raises TraceError: if the folder cannot be created.
+    :param registry: the interface types; interfaces of other types are left out with a note.
+    :raises TraceError: if the file or the folder cannot be created.
     """
 
     def __init__(self, path: Path, registry: InterfaceRegistry) -> None:
@@ -84,7 +88,11 @@ class CsvWriter(RunWriter):
         return frozenset({InterfaceWrite})
 
     def write(self, event: Event) -> None:
-        """Write a row; the first write of an interface creates its file."""
+        """Write a row; the first write of an interface creates its file.
+
+        :raises TraceError: if the file cannot be written, if a value does not fit its field, or if a single
+            file would get a second interface.
+        """
         if not isinstance(event, InterfaceWrite) or event.uid in self._omission_reasons:
             return
         if self._start_us is None:
@@ -100,12 +108,17 @@ class CsvWriter(RunWriter):
         file.write(event.time_us - self._start_us, event.values)
 
     def _create_file(self, uid: str) -> _CsvFile:
-        """Create the file of an interface."""
+        """Create the file of an interface.
+
+        :raises InterfaceError: if the type is unknown.
+        :raises TraceError: if the file cannot be created, or a single file would get a second interface.
+        """
         schema = self._registry.schema(uid.partition("::")[0])
         if self._is_single_file:
             if self._files:
                 raise _make_several_interfaces_error(self._path)
             return _CsvFile(self._path, schema)
+        # "run" replaces the scenario, which a writer of copies does not know; `write` has set the start
         name = Path(file_name("run", uid, self._start_us or 0)).with_suffix(_SUFFIX)
         return _CsvFile(self._path / name, schema)
 
@@ -133,7 +146,10 @@ class _CsvFile:
     def write(self, elapsed_us: int, values: Mapping[str, Any]) -> None:
         """Write a row.
 
-        :param values: the values by field; bytes are written unchanged.
+        :param elapsed_us: the microseconds since the start, for the first column.
+        :param values: the values by field; a missing value leaves its cell empty, and bytes are written
+            unchanged.
+        :raises TraceError: if a value does not fit its field, or the file cannot be written.
         """
         cells = [_format_seconds(elapsed_us)]
         for name, format_element, is_array in self._columns:
@@ -145,9 +161,11 @@ class _CsvFile:
                 elements = value if is_array else [value]
                 text = ", ".join(map(format_element, elements)) if format_element else str(value)
             except (TypeError, ValueError):
+                # 40 characters: a list or a text may be long, and the start of the value identifies it
                 raise TraceError(
                     f"the recorded value {value!r:.40} does not fit the field '{name}'", file=self._path
                 ) from None
+            # a recorded text may have a lone surrogate, which is no UTF-8
             cells.append(text.encode("utf-8", "backslashreplace"))
         self._write_line(b";".join(cells))
 
@@ -185,13 +203,19 @@ def _format_seconds(elapsed_us: int) -> bytes:
 
 
 def _create(path: Path) -> IO[bytes]:
-    """Create a file, and name the path in errors."""
+    """Create a file.
+
+    :raises TraceError: if the file cannot be created.
+    """
     with writing(path):
         return path.open("wb")
 
 
 def _make_folder(path: Path) -> None:
-    """Create a folder unless it exists."""
+    """Create a folder unless it exists.
+
+    :raises TraceError: if the path is no folder, or the folder cannot be created.
+    """
     if path.exists() and not path.is_dir():
         raise TraceError(
             "this is not a folder",
@@ -211,13 +235,13 @@ def _make_several_interfaces_error(path: Path) -> TraceError:
 
 
 def format_heading(schema: InterfaceSchema) -> str:
-    """Return the first line of a file without line feed."""
+    """Return the first line of a file, which names the columns, without its line feed."""
     columns = (f";{field.name} ({field.type}[{field.runtime_length}])" for field in schema.fields)
-    return "".join([_TITLE, *columns])
+    return "".join([_TIME_TITLE, *columns])
 
 
 def make_formatter(type_name: str) -> Callable[[Any], str]:
-    """Return a function for one element of a type other than ``string``."""
+    """Return a function that formats one element of a type other than ``string``."""
     if type_name not in TYPES:  # an enum
         return lambda value: value if isinstance(value, str) else _UNKNOWN_ITEM
     formatters: dict[type, Callable[[Any], str]] = {

@@ -1,4 +1,4 @@
-"""Mirrors interfaces from the blackboard of their writer to another blackboard.
+"""The gateway, which mirrors interfaces from the blackboard of their writer to another blackboard.
 
 A sweep compares the lists of both boards, ends mirrors that lost a side and starts possible mirrors. The
 gateway sweeps after events and periodically (:meth:`Gateway.loop`). Listeners only queue data and set flags,
@@ -26,10 +26,12 @@ from cxbridge_fawkes.gateway.mirror import MAX_PROXIES, InterfaceMirror
 COMPONENT: Final = "Gateway"
 """The gateway's log component."""
 
-# the gateway misses events while a connection is lost; four lists a second cost little
+# some events are not announced, e.g. a writer that opens an interface which readers already have open; four
+# sweeps a second cost little
 SWEEP_PERIOD_S: Final = 0.25
 """The seconds between sweeps without events."""
 
+# four periods of sweeps: another gateway notices the end of the rival within one
 RIVAL_PAUSE_S: Final = 1.0
 """The seconds between the end of a rival and the mirroring of the remaining writer.
 
@@ -68,8 +70,8 @@ class Gateway(Observer, Closing):
     :param names: the boards' names in log lines.
     :param sweep_period_s: the seconds between sweeps without events.
     :param hide_past: whether a Skiller appears idle until it works for a client of this gateway.
-    :param on_end: called in the gateway's thread with ``Type::id`` and the reason before a mirror ends, while
-        its readers still have the last block of the writer.
+    :param on_end: called in the thread of :meth:`loop` with ``Type::id`` and the reason before a mirror ends,
+        while its readers still have the last block of the writer. Not called by :meth:`close`.
     """
 
     def __init__(
@@ -102,7 +104,7 @@ class Gateway(Observer, Closing):
         self._thread: threading.Thread | None = None
         self._next_sweep_s = 0.0
         for board in self._boards:
-            # a board does not repeat the events of its disconnection
+            # a board that is connected again does not report the events of the meantime
             board.add_connection_callback(lambda _connected: self.request_sweep())
             for pattern in self._patterns:
                 board.register_observer(self, pattern.type_glob, pattern.id_glob)
@@ -120,7 +122,7 @@ class Gateway(Observer, Closing):
             self._has_work.clear()
 
     def close(self) -> None:
-        """Deliver pending messages and close all instances on both boards. Further calls have no effect."""
+        """Deliver pending messages and close all instances of the gateway. Further calls have no effect."""
         if self._stopping.is_set():
             return
         self._stopping.set()
@@ -129,6 +131,7 @@ class Gateway(Observer, Closing):
             self._thread.join(_STOP_TIMEOUT_S)
         for board in self._boards:
             board.unregister_observer(self)
+        # a thread that still waits for a board may transfer later, and only one thread may transfer
         if self._thread is None or not self._thread.is_alive():
             self._transfer()
         for key, mirror in self._mirrors.items():
@@ -180,6 +183,7 @@ class Gateway(Observer, Closing):
             reason = mirror.end_reason or self._find_end_reason(key, mirror, listings)
             if reason:
                 self._end_mirror(key, reason)
+                # again, because the lists still have the writer of the mirror
                 listings = (self._list_interfaces(0), self._list_interfaces(1))
         for key in dict.fromkeys(key for listing in listings for key in listing or ()):
             if key not in self._mirrors:

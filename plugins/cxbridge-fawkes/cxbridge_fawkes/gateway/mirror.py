@@ -30,11 +30,13 @@ from cxbridge_fawkes.gateway.translation import BlockTranslator
 OWNER: Final = "gateway"
 """The owner of a gateway's instances."""
 
+# more than 8 s of writes of a Fawkes, whose main loop runs 30 times a second
 MAX_BLOCKS: Final = 256
-"""The maximum number of queued blocks for the slower board; further blocks replace the oldest."""
+"""The maximum number of queued blocks for a slow target; further blocks replace the oldest."""
 
+# about as many as the queue of a writer holds by default
 MAX_MESSAGES: Final = 1000
-"""The maximum number of queued messages; the mirror refuses further messages."""
+"""The maximum number of queued messages and ends of senders; the mirror refuses further messages."""
 
 # each proxy is an open instance on the source, and a robot has few agents and operators
 MAX_PROXIES: Final = 64
@@ -76,7 +78,8 @@ class SenderProxy:
     def close(self, controller: str) -> None:
         """Release control that the sender has or may get, and close the instance.
 
-        :param controller: the serial of the controller; empty if unknown.
+        :param controller: the serial of the controller that the writer shows; empty without a controller,
+            also while an AcquireControlMessage of the sender waits at the writer.
         """
         with suppress(BlackBoardError):  # the writer may be lost, and with it the control
             if self.may_control and controller in ("", str(self.serial)):
@@ -93,7 +96,7 @@ class InterfaceMirror(Listener):
     gateway's thread.
 
     :param side: the index of the source among the gateway's boards.
-    :param wake: called in any thread when data are queued.
+    :param wake: called in any thread when a block, a message or the end of a sender is queued.
     :param request_sweep: called in any thread when the mirror must end.
     :param warn: called with warnings.
     :param orphans: serials of closed proxies of earlier mirrors. A writer that was disconnected may have
@@ -146,18 +149,23 @@ class InterfaceMirror(Listener):
             self._writer.read()  # the readers may still have the last block of an earlier writer
             self._last_block = self._writer.to_bytes()
             self._translator = BlockTranslator(
-                type(self._reader), hide_state=hide_past, find_sender=self._find_sender
+                type(self._reader), hide_state=hide_past, find_sender_serial=self._find_sender_serial
             )
             self.data_refreshed(self._reader)
             self._open_instances = stack.pop_all()
 
     def close(self, reason: str) -> None:
-        """Close the instances on both boards."""
+        """Write a final block, deliver the accepted messages and close the instances on both boards.
+
+        After the end of the writer or an error of the target, messages are dropped.
+
+        :param reason: the error text of a running call in the final block.
+        """
         with suppress(BlackBoardError):  # first, because readers wait for it and the source may reply slowly
             write_final_block(self._writer, reason)
         with suppress(BlackBoardError):  # the blackboard may be gone already, and with it the instance
             self._writer.close()
-        self._process_requests()  # the messages that the mirror has accepted
+        self._process_requests()
         for proxy in self._proxies.values():
             if proxy.may_control:  # a disconnected writer misses the end of the proxy
                 self._orphans.append(str(proxy.serial))
@@ -167,7 +175,7 @@ class InterfaceMirror(Listener):
             self._open_instances.close()
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Queue the present block of the source."""
+        """Queue the present block of the source, unless the newest queued block is the same."""
         with self._lock:
             interface.read()
             block = interface.to_bytes()
@@ -176,7 +184,7 @@ class InterfaceMirror(Listener):
         self._wake()
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
-        """Queue a message for the writer."""
+        """Queue a message for the writer; return False, or True if the mirror's queue is full."""
         if len(self._requests) >= MAX_MESSAGES:
             return True  # to the target's queue, which refuses the message by its limit of 0
         self._requests.append(message.copy())
@@ -192,13 +200,13 @@ class InterfaceMirror(Listener):
         self._request_end("its writer is gone")
 
     def _request_end(self, reason: str) -> None:
-        """Request the end of the mirror."""
+        """Request the end of the mirror. The first reason counts."""
         if not self.end_reason:
             self.end_reason = reason
         self._request_sweep()
 
     def transfer(self) -> None:
-        """Process all queued blocks and messages, oldest first."""
+        """Process all queued blocks, then all queued messages and ends of senders, each oldest first."""
         try:
             while self._blocks and not self.end_reason:
                 self._write_block(self._blocks.popleft())
@@ -218,14 +226,14 @@ class InterfaceMirror(Listener):
                 proxy.close(self._read_controller())
 
     def _write_block(self, block: bytes) -> None:
-        """Write a block to the target with its time stamp."""
+        """Write a block to the target with its time stamp, unless readers would see no difference."""
         controller = self._translator.read_controller(block)
         self._release_orphan(controller)
         if any(proxy.may_control for proxy in self._proxies.values()):
             self._warn_of_foreign_controller(controller)
         block = self._translator.translate(block)
         if block == self._last_block:
-            return  # readers would see no difference
+            return
         has_changed = block[STAMP.size :] != self._last_block[STAMP.size :]
         if not has_changed and self._translator.hides_state:
             return  # the writer works for senders that are not the gateway's, which the translator hides
@@ -256,12 +264,14 @@ class InterfaceMirror(Listener):
         if controller in self._orphans:
             self._orphans.remove(controller)
             message = self._reader.create_message(RELEASE_MESSAGE)
+            # sets only the source, which proxy=True keeps: the writer takes the message for the orphan's.
+            # msgq_enqueue sets the id and the recipient
             message.address(0, 0, self._reader.serial, UUID(controller))
             self._reader.msgq_enqueue(message, proxy=True)
 
     def _warn_of_foreign_controller(self, controller: str) -> None:
         """Warn of a controller that is not a proxy of this mirror."""
-        if controller and self._find_sender(controller) is None:
+        if controller and self._find_sender_serial(controller) is None:
             self._warn(f"{describe_controller(self._reader, controller)} has control")
 
     def _read_controller(self) -> str:
@@ -269,14 +279,17 @@ class InterfaceMirror(Listener):
         with self._lock:
             return self._translator.read_controller(self._reader.to_bytes())
 
-    def _find_sender(self, serial: str) -> str | None:
-        """Return the serial of the sender whose proxy has the given serial."""
+    def _find_sender_serial(self, proxy_serial: str) -> str | None:
+        """Return the serial of the sender for which a proxy sends; None if the mirror has no such proxy."""
         proxies = self._proxies.items()
-        return next((str(sender) for sender, proxy in proxies if serial == str(proxy.serial)), None)
+        return next((str(sender) for sender, proxy in proxies if proxy_serial == str(proxy.serial)), None)
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:
-    """Refuse an interface whose blocks or messages have different layouts on the two boards."""
+    """Refuse an interface whose blocks or messages have different layouts on the two boards.
+
+    :raises BlackBoardError: if the layouts differ.
+    """
     source_layout, target_layout = (
         (
             [(field.name, field.type, field.length, field.offset) for field in instance.SCHEMA.fields],

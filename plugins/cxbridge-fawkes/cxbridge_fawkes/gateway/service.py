@@ -26,7 +26,7 @@ def run_gateway(
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when both blackboards are connected.
-    :raises CxbridgeError: if a server does not answer, or a pattern is invalid.
+    :raises CxbridgeError: if a server does not answer, a pattern is invalid, or the URLs are equal.
     """
     for pattern in patterns:
         Pattern.parse(pattern)  # called for its errors: the gateway parses patterns after the connections

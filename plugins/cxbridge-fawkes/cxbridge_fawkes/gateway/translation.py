@@ -22,12 +22,16 @@ class BlockTranslator:
     """Replaces message ids, serials of controllers, and errors of earlier skill strings in blocks.
 
     :param hide_state: whether the writer appears idle until it works for a sender of this gateway.
-    :param find_sender: returns the serial of the sender for which an instance of the gateway sends; None for
-        an instance that does not belong to the gateway.
+    :param find_sender_serial: called with the serial of an instance; returns the serial of the sender for
+        which this instance of the gateway sends, None for an instance that does not belong to the gateway.
     """
 
     def __init__(
-        self, interface_class: type[Interface], *, hide_state: bool, find_sender: Callable[[str], str | None]
+        self,
+        interface_class: type[Interface],
+        *,
+        hide_state: bool,
+        find_sender_serial: Callable[[str], str | None],
     ) -> None:
         schema = interface_class.SCHEMA
         self._class: Final = interface_class
@@ -35,7 +39,7 @@ class BlockTranslator:
         self._controller_field: Final = schema.field(CONTROLLER_FIELD)
         self.hides_state = hide_state and self._id_offset is not None and self._controller_field is not None
         """Whether the writer is shown as idle."""
-        self._find_sender: Final = find_sender
+        self._find_sender_serial: Final = find_sender_serial
         self._error_field: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._error_tracker = ErrorTracker()
         # the sender's id by the id on the writer's board: 128 KiB for an interface that shows ids
@@ -70,10 +74,10 @@ class BlockTranslator:
                 message_id = NO_MESSAGE
         if sender_id not in (NO_MESSAGE, message_id):
             block = replace_id(block, self._id_offset, sender_id)
-        controller = self._find_sender(self.read_controller(block))
-        if self._controller_field is None or controller is None:
-            return block
-        return _replace_text(block, self._controller_field, controller)
+        sender_serial = self._find_sender_serial(self.read_controller(block))
+        if self._controller_field is None or sender_serial is None:
+            return block  # nobody has control, or a client that does not send through the gateway
+        return _replace_text(block, self._controller_field, sender_serial)
 
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
         """Return the block with the error of the present skill string, not of an earlier skill string."""
@@ -107,6 +111,6 @@ def _field_slice(field: FieldSchema) -> slice:
 
 
 def _replace_text(block: bytes, field: FieldSchema, text: str) -> bytes:
-    """Return a block with another text in a string field, cut to the field's size."""
+    """Return a block with another text in a string field, cut to the bytes that the field has."""
     padded_text = text.encode()[: field.size - 1].ljust(field.size, b"\0")  # room for the NUL of a C string
     return block[: field.offset] + padded_text + block[field.offset + field.size :]

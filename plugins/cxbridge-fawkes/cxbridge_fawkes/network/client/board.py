@@ -59,6 +59,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
     :param silence: the seconds without received data before the client probes the server; 0 turns probes off.
         A server that does not reply to the probe within ``timeout`` is lost.
     :raises UnreachableError: if no server replies.
+    :raises BlackBoardError: if the URL is invalid.
     """
 
     def __init__(
@@ -159,9 +160,10 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._dispatcher.stop(self._timeout)
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return the server's interfaces.
+        """Return the server's matching interfaces.
 
         :raises ConnectionLostError: if the server does not reply.
+        :raises BlackBoardGoneError: after the shutdown.
         """
         return list_interfaces(self._requests, self.registry, type_glob, id_glob)
 
@@ -172,7 +174,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
         :param timeout: the limit in seconds for each of the two waits; by default the client's timeout.
         :raises ConnectionLostError: if the server does not reply.
-        :raises BlackBoardError: if the listeners take too long.
+        :raises BlackBoardError: if the listeners take too long, or after the shutdown.
         """
         timeout = self._timeout if timeout is None else timeout
         # the server handles frames in order, so the reply to any request confirms all earlier frames
@@ -205,11 +207,11 @@ class FawkesBlackBoard(RemoteBlackBoard):
         )
 
     def use_connection(self, connection: FawkesConnection) -> None:
-        """Use a new connection."""
+        """Send further frames over a new connection."""
         self._requests.use_connection(connection)
 
     def drop_connection(self, reason: str) -> None:
-        """Reset the ports, and notify the listeners of lost writers."""
+        """Reset the ports, fail the waiting request, and notify the listeners of lost writers."""
         with self._lock:
             self._ports_by_serial.clear()
             ports = tuple(self._ports)
@@ -232,7 +234,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def reopen(self, port: RemotePort) -> None:
         """Open an instance again; a writer repeats its last block.
 
-        :raises BlackBoardError: if the server refuses.
+        :raises BlackBoardError: if the server refuses, or the connection is lost.
         """
 
         def restore_port(reply: OpenSuccess) -> None:
@@ -243,7 +245,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             self._receiver.deliver(port, port.reopen(reply), reply.block)
 
         reply = open_interface(self._requests, port.request, restore_port)
-        if port.serial is None:
+        if port.serial is None:  # `restore_port` has left out the closed instance
             self._requests.send(Close(reply.serial).to_bytes())
         elif port.last_written_block is not None:
             self._requests.send(

@@ -19,7 +19,7 @@ from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge_fawkes.network.sockets import acknowledge_at_once, configure_socket
 
-_READ_BYTES: Final = 256 * 1024  # the maximal size of one read
+_READ_BYTES: Final = 256 * 1024  # the maximal size of one read, chosen freely: usual frames are much smaller
 
 
 class FawkesConnection:
@@ -28,8 +28,8 @@ class FawkesConnection:
     :param endpoint: host and port.
     :param timeout: seconds for connecting, and for the server to accept a frame.
     :param on_frame: called with each frame in the receiving thread.
-    :param on_lost: called once with the reason at the end, in the receiving thread.
-    :raises UnreachableError: if no server replies.
+    :param on_lost: called once at the end, with the connection and the reason, in the receiving thread.
+    :raises UnreachableError: if no server accepts the connection.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class FawkesConnection:
                 raise ConnectionLostError(self.address, self._end_reason) from None
 
     def abort(self, reason: str) -> None:
-        """End the connection. Callable from any thread."""
+        """End the connection. Only the first reason counts. Callable from any thread."""
         self._end_reason = self._end_reason or reason
         self._disconnect()
 

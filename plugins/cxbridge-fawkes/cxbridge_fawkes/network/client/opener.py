@@ -27,10 +27,15 @@ from cxbridge_fawkes.network.messages.blackboard import Close, Open, OpenError, 
 def open_interface(
     requests: RequestSender, request: OpenRequest, on_opened: Callable[[OpenSuccess], None]
 ) -> OpenSuccess:
-    """Offer hashes until the server accepts one.
+    """Offer hashes until the server accepts one; return the server's reply.
 
     :param on_opened: called in the receiving thread after opening, before the next frame is handled.
-    :raises BlackBoardError: if the server refuses.
+    :raises VersionMismatchError: if the server accepts none of the hashes.
+    :raises RemoteRefusalError: if the interface has another size at the server, or the server refuses without
+        a known reason.
+    :raises UnknownTypeError: if the server does not know the type.
+    :raises WriterActiveError: if the interface has a writer.
+    :raises BlackBoardError: if the server does not reply, or after the shutdown.
     """
     schema = request.interface_class.SCHEMA
 
@@ -71,6 +76,7 @@ def list_interfaces(
     """Return the server's matching interfaces.
 
     :raises ConnectionLostError: if the server does not reply.
+    :raises BlackBoardGoneError: after the shutdown.
     """
     return [
         InterfaceInfo(
@@ -84,6 +90,7 @@ def list_interfaces(
             timestamp_us=info.timestamp_us,
         )
         for info in requests.list(type_glob, id_glob).interfaces
+        # again, because the server lists all interfaces if the patterns do not fit into the request
         if matches(info.type, info.id, type_glob, id_glob)
     ]
 

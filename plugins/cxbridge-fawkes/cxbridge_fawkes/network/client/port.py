@@ -31,7 +31,7 @@ UNKNOWN_SERIAL: Final = UUID(int=0)
 
 # more events than the fastest writer causes in a second, so that only a listener that hangs misses updates
 MAX_WAITING_EVENTS: Final = 20_000
-"""The number of waiting data events of a port above which events are dropped."""
+"""The maximum number of waiting data events of a port; further data events are dropped."""
 
 _STAMP_SIZE: Final = STAMP.size  # a block begins with the time stamp
 
@@ -64,8 +64,9 @@ class RemotePort(BoardPort):
         self._emitter: Final = emitter
         self.request: Final = request
         self.serial: UUID | None = reply.serial
+        """The serial of the instance at the server; None while the instance is not open there."""
         self.last_written_block: bytes | None = None
-        """The last written block, to be repeated after a reconnection."""
+        """The last written block, to be repeated after a reconnection; None before the first write."""
         self.waiting_event_count = 0
         """The number of queued data events, counted by the receiver."""
         self._changed_may_follow = False  # the last frame was REFRESHED, whose CHANGED may follow
@@ -91,6 +92,7 @@ class RemotePort(BoardPort):
             completes_pair = changed and self._changed_may_follow and block == snapshot.block
             self._changed_may_follow = not changed
             if completes_pair:
+                # the REFRESHED had the same values as before, and so did not count as a change
                 if snapshot.last_changed != snapshot.version:
                     self._replace_snapshot(block, stamped=False, changed=True)
                 return self._make_events(EventKind.DATA_CHANGED)
@@ -153,7 +155,7 @@ class RemotePort(BoardPort):
         :raises ConnectionLostError: if the block cannot be sent.
         """
         written_block = bytes(block)
-        frame = pack_data_frame(self._open_serial().bytes, written_block, changed=changed)
+        frame = pack_data_frame(self._require_serial().bytes, written_block, changed=changed)
         self._requests.send(frame, must_arrive=True)
         self.last_written_block = written_block
         with self._lock:
@@ -191,7 +193,7 @@ class RemotePort(BoardPort):
                 self._board.refuse_message(sender, message)
             message_id = (message.id - self._unsent_count) & MESSAGE_ID_MASK
             wire_message = WireMessage(
-                serial=self._open_serial(),
+                serial=self._require_serial(),
                 source=source,
                 type=message.type,
                 id=message_id,
@@ -207,11 +209,14 @@ class RemotePort(BoardPort):
         message.mark_enqueued(self.now_us())
         self._emitter.emit_message(self, message, SENT)
 
-    def _open_serial(self) -> UUID:
-        """Return the serial at the server."""
+    def _require_serial(self) -> UUID:
+        """Return the serial at the server.
+
+        :raises ConnectionLostError: if the instance is not open at the server.
+        """
         serial = self.serial
         if serial is None:
-            raise self._requests.unavailable_error()
+            raise self._requests.make_unavailable_error()
         return serial
 
     def has_writer(self) -> bool:
@@ -231,7 +236,7 @@ class RemotePort(BoardPort):
 
 
 def anonymous_owners(count: int) -> tuple[str, ...]:
-    """Return empty texts as the owners of readers."""
+    """Return an empty text for each reader, whose owner is unknown; at most `MAX_COUNTED_READERS` texts."""
     return ("",) * min(count, MAX_COUNTED_READERS)
 
 
@@ -240,15 +245,15 @@ class PublicationEmitter:
 
     :param bus: receives the events; without it, no event is emitted.
     :param now_us: returns the time.
-    :param ports: returns the ports of all open instances, oldest first.
+    :param list_ports: returns the ports of all open instances, oldest first.
     """
 
     def __init__(
-        self, bus: EventBus | None, now_us: Callable[[], int], ports: Callable[[], Iterable[RemotePort]]
+        self, bus: EventBus | None, now_us: Callable[[], int], list_ports: Callable[[], Iterable[RemotePort]]
     ) -> None:
         self._bus: Final = bus
         self._now_us: Final = now_us
-        self._ports: Final = ports
+        self._list_ports: Final = list_ports
 
     def emit_write(self, port: RemotePort, block: bytes) -> None:
         """Emit a written or received block if the port is the reporting port of its interface."""
@@ -269,11 +274,11 @@ class PublicationEmitter:
 
         emit_write(bus, self._now_us(), port.uid, port.hash, block, read_values)
 
-    def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
-        """Emit a received message, or a message that this client sends."""
+    def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
+        """Emit a received message, or a message that this client sends, with its outcome."""
         # the server sends back a message to a writer of this client, which is emitted then with its outcome
         comes_back = outcome == SENT and any(
-            local_port.uid == port.uid and local_port.instance.is_writer for local_port in self._ports()
+            local_port.uid == port.uid and local_port.instance.is_writer for local_port in self._list_ports()
         )
         if not comes_back:
             sender = "" if port.instance.is_writer else port.instance.owner
@@ -281,6 +286,6 @@ class PublicationEmitter:
 
     def _is_reporting_port(self, port: RemotePort) -> bool:
         """Return whether the port is the reporting port of its interface: the writer's, else the oldest."""
-        ports = [local_port for local_port in self._ports() if local_port.uid == port.uid]
+        ports = [local_port for local_port in self._list_ports() if local_port.uid == port.uid]
         writers = [local_port for local_port in ports if local_port.instance.is_writer]
         return bool(ports) and (writers or ports)[0] is port

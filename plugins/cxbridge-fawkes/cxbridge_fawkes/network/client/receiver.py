@@ -133,7 +133,10 @@ class FrameReceiver:
         self._dispatcher.put(self._enqueue, port, port.instance, message)
 
     def _enqueue(self, port: RemotePort, writer: Interface, wire_message: WireMessage) -> None:
-        """Append a message to the writer's queue, unless a listener handles the message."""
+        """Append a message to the writer's queue, unless a listener handles the message.
+
+        Called in the thread of the dispatcher.
+        """
         try:
             message = make_received_message(
                 writer,

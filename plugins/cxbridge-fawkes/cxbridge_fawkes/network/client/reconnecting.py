@@ -26,10 +26,10 @@ class Reconnectable(Protocol):
     """A client whose connection can be replaced, :class:`~.board.FawkesBlackBoard`."""
 
     def use_connection(self, connection: FawkesConnection) -> None:
-        """Use a new connection."""
+        """Send further frames over a new connection."""
 
     def drop_connection(self, reason: str) -> None:
-        """Reset the ports, and notify the listeners of lost writers."""
+        """Reset the ports, fail the waiting request, and notify the listeners of lost writers."""
 
     def probe(self) -> None:
         """Send a request to the server, and end the connection if the server does not reply.
@@ -43,7 +43,7 @@ class Reconnectable(Protocol):
     def reopen(self, port: RemotePort) -> None:
         """Open an instance again.
 
-        :raises BlackBoardError: if the server refuses.
+        :raises BlackBoardError: if the server refuses, or the connection is lost.
         """
 
     def invalidate_port(self, port: RemotePort, error: BlackBoardError) -> None:
@@ -54,8 +54,9 @@ class Reconnectable(Protocol):
 
 
 class Reconnector:
-    """Restores lost connections in a thread.
+    """Restores lost connections and probes a silent server, in a thread.
 
+    :param connect: returns a new connection to the server, which is not started yet.
     :param name: the server's name, for log lines.
     :param silence: the seconds without received data before a probe; 0 turns probes off.
     """
@@ -122,7 +123,7 @@ class Reconnector:
                 self._client.report_connection(
                     False, f"lost the connection to {self.name}: {self._loss_reason}"
                 )
-            else:  # the client is connected, but could not reopen all interfaces
+            else:  # the new connection was lost, too, before all interfaces were open
                 self._stopping.wait(wait_s)
                 wait_s = min(2 * wait_s, MAX_WAIT_S)
             is_loss_announced = not self._restore()
@@ -146,7 +147,7 @@ class Reconnector:
         return True
 
     def _restore(self) -> bool:
-        """Connect and open all interfaces; return success."""
+        """Connect and open all interfaces; return whether the client has succeeded."""
         if not self._retry(self._reconnect) or not self._retry(self._reopen_all):
             return False
         self._settled.set()
@@ -178,6 +179,8 @@ class Reconnector:
 
     def _reopen_all(self) -> bool:
         """Reopen the lost instances; return False if the attempt must be repeated."""
+        # the kernel also accepts a connection for a stopped process, and a client without instances sends no
+        # other request
         if self._silence_s and not self._probe():
             return False
         is_complete = True

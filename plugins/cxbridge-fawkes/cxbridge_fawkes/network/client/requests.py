@@ -66,7 +66,7 @@ class RequestSender:
         self._is_shut_down = False
 
     def use_connection(self, connection: FawkesConnection) -> None:
-        """Use a new connection."""
+        """Send further frames over a new connection."""
         with self._state_changed:
             self.connection = connection
             self._state_changed.notify_all()
@@ -86,19 +86,19 @@ class RequestSender:
             self._state_changed.notify_all()
         self.drop_connection("the blackboard was shut down")
 
-    def unavailable_error(self) -> ConnectionLostError:
+    def make_unavailable_error(self) -> ConnectionLostError:
         """Return the error of a call without connection."""
         return ConnectionLostError(self.address, AWAY_REASON)
 
     def send(self, frames: bytes, *, must_arrive: bool = False) -> None:
-        """Send a message without reply.
+        """Send complete frames that get no reply.
 
-        :param must_arrive: whether a shutdown must wait until the server has received the message.
-        :raises ConnectionLostError: if there is no connection.
+        :param must_arrive: whether a shutdown must wait until the server has received the frames.
+        :raises ConnectionLostError: if there is no connection, or the connection is lost.
         """
         connection = self.connection
         if connection is None:
-            raise self.unavailable_error()
+            raise self.make_unavailable_error()
         self.must_confirm |= must_arrive
         connection.send(frames)
 
@@ -138,6 +138,7 @@ class RequestSender:
         """Request the matching interfaces; all interfaces if the patterns do not fit into the message.
 
         :raises ConnectionLostError: if there is no reply.
+        :raises BlackBoardGoneError: after the shutdown.
         """
         are_short = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
         requests_all = (type_glob, id_glob) == ("*", "*") or not are_short
@@ -160,12 +161,16 @@ class RequestSender:
         return True
 
     def _register_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
-        """Wait for a connection, and let the request wait for its reply; return the connection."""
+        """Wait for a connection, and let the request wait for its reply; return the connection.
+
+        :raises ConnectionLostError: if there is no connection within the timeout.
+        :raises BlackBoardGoneError: after the shutdown.
+        """
         deadline_s = time.monotonic() + timeout
         with self._state_changed:
             while self.connection is None and not self._is_shut_down:
                 if not self._state_changed.wait(deadline_s - time.monotonic()):
-                    raise self.unavailable_error()
+                    raise self.make_unavailable_error()
             if self._is_shut_down or self.connection is None:
                 raise BlackBoardGoneError
             # before sending: the reply may arrive before the call of send returns

@@ -55,8 +55,10 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
 
     The texts of most log lines are those of Fawkes.
 
+    :param board: the blackboard that clients use.
     :param logger: logs the actions of clients.
     :param complaints: logs the mistakes of clients.
+    :param rights: decides which interfaces clients may write, and which messages they may send.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD

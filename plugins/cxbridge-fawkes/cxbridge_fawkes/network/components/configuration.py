@@ -24,6 +24,9 @@ from cxbridge_fawkes.network.messages.fields import MAX_ELEMENT_BYTES, pack_list
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
 
+# the wire has 32 bits for an unsigned integer
+_WIRE_CONVERTERS: Final = {**CONVERTERS, ConfigType.UINT: to_uint32}
+
 
 class ConfigurationComponent(NetworkHandler):
     """Returns values with masked secrets; the configuration is read only for clients."""
@@ -77,9 +80,7 @@ def _make_value_message(path: str, value: ConfigValue) -> ConfigMessage:
     scalars = tuple(_WIRE_CONVERTERS[value_type](text) for text in texts)
     if any(scalar is None for scalar in scalars):
         value_type, scalars = ConfigType.STRING, texts
-    values = tuple(scalar for scalar in scalars if scalar is not None)
+    values = tuple(
+        scalar for scalar in scalars if scalar is not None
+    )  # no scalar is None here: for mypy only
     return ConfigMessage(VALUE_KINDS[value_type], path, values, is_list=value.is_list)
-
-
-# the wire has 32 bits for an unsigned integer
-_WIRE_CONVERTERS: Final = {**CONVERTERS, ConfigType.UINT: to_uint32}

@@ -25,7 +25,10 @@ class NetworkLogger(NetworkHandler):
         self._subscribers: frozenset[FawkesSession] = frozenset()
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Subscribe or unsubscribe a client."""
+        """Subscribe or unsubscribe a client.
+
+        :raises MalformedMessageError: if the kind of the request is unknown.
+        """
         match frame.kind:
             case LogKind.SUBSCRIBE:
                 self._set_subscribers(self._subscribers | {session})
