@@ -30,7 +30,7 @@ _SUFFIX = ".csv"
 
 
 def convert_bblogger(run: Run, path: Path) -> list[str] | None:
-    """Convert bblogger files to CSV files directly; times and the bytes of texts stay as they are.
+    """Convert bblogger files to CSV files directly, with unchanged times and bytes of texts.
 
     Files of a folder whose interface type has no fitting definition are left out with a note.
 

@@ -76,7 +76,7 @@ class BlockTranslator:
             block = replace_id(block, self._id_offset, sender_id)
         sender_serial = self._find_sender_serial(self.read_controller(block))
         if self._controller_field is None or sender_serial is None:
-            return block  # nobody has control, or a client that does not send through the gateway
+            return block  # there is no controller, or one that does not send through the gateway
         return _replace_text(block, self._controller_field, sender_serial)
 
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:

@@ -35,7 +35,7 @@ class UnreachableError(DisconnectedError):
 
 
 class ConnectionLostError(DisconnectedError):
-    """The connection is lost, and the client is reconnecting."""
+    """The connection is lost, and the client is reconnecting unless its blackboard was shut down."""
 
     def __init__(self, address: str, reason: str) -> None:
         super().__init__(f"the connection to the Fawkes at {address} is lost: {reason}")

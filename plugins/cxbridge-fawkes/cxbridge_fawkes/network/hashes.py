@@ -31,7 +31,11 @@ def local_hash(registry: Registry, interface_type: str, remote_hash: bytes) -> b
 
 
 def fawkes_hash(registry: Registry, interface_type: str, open_hash: bytes) -> bytes:
-    """Return Fawkes' hash of an open interface; ``open_hash`` if Fawkes' layout differs or is unknown."""
+    """Return Fawkes' hash of an open interface.
+
+    :param open_hash: the hash of the open interface; returned if Fawkes' layout differs or is unknown, or if
+        the registry has another definition of the type.
+    """
     schema = find_schema(registry, interface_type)
     return hash_for_wire(schema) if schema is not None and schema.hash == open_hash else open_hash
 

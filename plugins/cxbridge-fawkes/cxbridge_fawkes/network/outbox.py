@@ -16,7 +16,7 @@ from typing import Final
 
 from cxbridge_fawkes.network.messages.blackboard import data_frame_size, pack_data_frame
 
-# about 3,000 updates of a SkillerInterface, so that a client that only pauses misses no update
+# about 1,700 changes of a SkillerInterface, so that a client that only pauses misses no change
 CONFLATE_FROM: Final = 4 * 1024 * 1024
 """The number of queued bytes from which new data replace older data of the same instance."""
 # at least the largest frame, a list of interfaces, see messages.codec.CLIENT_MESSAGE_LIMIT
@@ -90,7 +90,10 @@ class Outbox:
             self.queued_bytes += 2 * data_frame_size(len(block))
 
     def take_frames(self) -> bytes:
-        """Remove and return the next complete frames; empty if the queue is empty."""
+        """Remove and return the next frames; empty if the queue is empty.
+
+        The first bytes may be the end of a frame, from :meth:`put_back`.
+        """
         batch: list[bytes] = []
         size = 0
         while self._queue and size < _BATCH_BYTES:

@@ -16,9 +16,10 @@ from cxbridge_fawkes.network.session import FawkesSession
 class OpenedInstance(MembershipListener):
     """Forwards the events of a client's instance to the client.
 
-    The instance sends no events before the client knows the instance by OPEN_SUCCESS, which includes the data
-    and counts of earlier events. Only a writer gets earlier messages after OPEN_SUCCESS, and the ends of the
-    readers that may have sent them.
+    The client gets no events before OPEN_SUCCESS, which tells the client the serial of the instance and
+    includes the data and counts of earlier events. OPEN_SUCCESS does not include messages: a client that
+    writes gets earlier messages after OPEN_SUCCESS, with the ends of the readers that may have sent these
+    messages.
 
     :param now_us: returns the time, microseconds since the epoch.
     """
@@ -30,7 +31,7 @@ class OpenedInstance(MembershipListener):
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
         self._is_announced = False
-        self._already_sent = True  # whether OPEN_SUCCESS included the write of the present event
+        self._is_already_sent = True  # whether OPEN_SUCCESS included the write of the present event
         self._sent_write_count = 0  # the number of writes that the client has received
         self._block = b""  # the last block that the client has received
         self._early_frames: list[bytes] = []  # a writer's frames until OPEN_SUCCESS
@@ -52,13 +53,13 @@ class OpenedInstance(MembershipListener):
                 self._early_frames.clear()
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Send the present data."""
+        """Send the present data, unless OPEN_SUCCESS included the write."""
         with self._lock:
             if self._is_announced:
                 interface.read()
                 newest_version = interface.version_read
-                self._already_sent = newest_version == self._sent_write_count
-                if self._already_sent:
+                self._is_already_sent = newest_version == self._sent_write_count
+                if self._is_already_sent:
                     return
                 # `newest_version` is smaller after the numbers have restarted from 0
                 self._sent_write_count = min(self._sent_write_count + 1, newest_version)
@@ -68,11 +69,11 @@ class OpenedInstance(MembershipListener):
     def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         """Repeat the frame of the same write as changed."""
         with self._lock:
-            if self._is_announced and not self._already_sent:
+            if self._is_announced and not self._is_already_sent:
                 self.session.send_data(self._serial, self._block, changed=True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as above
-        """Forward a message to the client's writer, without queuing it here."""
+        """Forward a message to the client's writer; return False, so that the message is not queued here."""
         with self._lock:
             self._forward_queued()
             self._forward(message)

@@ -36,8 +36,8 @@ _REFUSAL_KINDS: Final = {
 class PluginManager(NetworkHandler):
     """Lists plugins, and refuses to load and unload them.
 
-    :param list_plugins: returns name, description and whether each plugin is loaded, in order of
-        loading. Called in the server's thread.
+    :param list_plugins: returns a tuple for each plugin, in the order of loading: its name, its description,
+        and whether it is loaded. Called in the server's thread.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER

@@ -30,7 +30,7 @@ from cxbridge_fawkes.network.messages.layout import (
     text_type,
 )
 
-# The sizes of the texts in Fawkes' C structs, in bytes.
+# The sizes of the texts and hashes in Fawkes' C structs, in bytes.
 TYPE_SIZE: Final = 48
 ID_SIZE: Final = 64
 MESSAGE_TYPE_SIZE: Final = 64
@@ -200,7 +200,8 @@ class Open(BlackBoardMessage):
 class OpenSuccess(BlackBoardMessage):
     """The reply about an opened interface.
 
-    :param num_readers: the number of readers, including the new reader.
+    :param serial: the opened instance.
+    :param num_readers: the number of readers, including the opened instance if it reads.
     :param block: the present data.
     """
 

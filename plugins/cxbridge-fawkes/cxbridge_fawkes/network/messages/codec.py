@@ -17,12 +17,15 @@ from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
+# chosen freely: requests to the network logger and the plugin manager are much smaller
 UNKNOWN_LIMIT: Final = 64 * 1024
-"""The maximum size of a message of unknown kind."""
+"""The maximum payload, in bytes, of a message to another component of a server, or of unknown kind."""
+# a text may have 64 KiB, and a list several texts
 CONFIG_LIMIT: Final = 256 * 1024
-"""The maximum size of a request of the configuration, which may have a value."""
+"""The maximum payload, in bytes, of a request of the configuration, which may have a value."""
+# the largest messages are lists of interfaces, with 154 bytes for each: enough for 100,000
 CLIENT_MESSAGE_LIMIT: Final = 16 * 1024 * 1024
-"""The maximum size of a message to a client. The largest messages are lists."""
+"""The maximum payload, in bytes, of a message to a client."""
 
 _SERIAL_SIZE: Final = 16
 _NAMES_SIZE: Final = bb.TYPE_SIZE + bb.ID_SIZE
@@ -35,6 +38,7 @@ _REQUEST_SIZES: Final[Mapping[int, int]] = {
     bb.BoardKind.CLOSE: _SERIAL_SIZE,
 }
 
+# chosen freely
 MAX_EXCESS: Final = 1024
 """The number of bytes by which a message to a server may exceed its known size without ending the connection.
 
@@ -57,7 +61,7 @@ def decode(frame: FawkesFrame) -> bb.BlackBoardMessage:
 
 
 def server_payload_limit(component: int, kind: int, max_block_size: int) -> int:
-    """Return the maximum payload of a message to a server.
+    """Return the maximum payload of a message to a server, in bytes.
 
     :param max_block_size: the size of the largest block that the client may send now.
     """
@@ -74,5 +78,5 @@ def server_payload_limit(component: int, kind: int, max_block_size: int) -> int:
 
 
 def client_payload_limit(component: int, kind: int) -> int:  # noqa: ARG001 - the signature of a limit
-    """Return the maximum payload of a message to a client."""
+    """Return the maximum payload of a message to a client, in bytes."""
     return CLIENT_MESSAGE_LIMIT

@@ -19,7 +19,7 @@ from cxbridge_fawkes.network.messages.fields import (
 from cxbridge_fawkes.network.messages.frames import ComponentId
 
 PATH_SIZE: Final = 128  # bytes of Fawkes' C struct
-_DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")
+_DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")  # the path, a flag of default values, the number of items
 _ENTRY_KIND: Final = Struct("=I")
 _STRING_HEAD: Final = Struct("=HH")  # the length, and two unused bytes
 _MAX_STRING_BYTES: Final = 0xFFFF  # the length of a string has 16 bits
@@ -30,11 +30,11 @@ GET_KINDS: Final = range(1, 7)
 """Requests of a float, uint, int, bool, string, or of a value of any type."""
 
 CHANGING_KINDS: Final = range(10, 23)
-"""Requests that set a value or a default of each type, or erase a value."""
+"""Requests that set a value, a default or a comment, or erase a value."""
 
 
 class ConfigKind(IntEnum):
-    """Further kinds of messages."""
+    """The kinds of messages other than `GET_KINDS` and `CHANGING_KINDS`."""
 
     FLOAT_VALUE = 30
     UINT_VALUE = 31
@@ -56,11 +56,12 @@ VALUE_KINDS: Final = {
 }
 """The kind of the message with a value of each type."""
 
+# the struct format of a value by the kind of its message; texts have no fixed size
 _FORMATS: Final = {
     ConfigKind.FLOAT_VALUE: "f",
     ConfigKind.UINT_VALUE: "I",
     ConfigKind.INT_VALUE: "i",
-    ConfigKind.BOOL_VALUE: "i",
+    ConfigKind.BOOL_VALUE: "i",  # 32 bits, as in Fawkes
 }
 
 

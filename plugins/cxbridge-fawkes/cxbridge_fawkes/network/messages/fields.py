@@ -74,7 +74,10 @@ def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
 
 
 def pack_list(elements: Iterable[bytes]) -> bytes:
-    """Return a list with its head."""
+    """Return the bytes of a list: its head, then each element after its length.
+
+    :param elements: each of at most `MAX_ELEMENT_BYTES`.
+    """
     packed_elements = [_LENGTH.pack(len(element)) + element for element in elements]
     body = b"".join(packed_elements)
     return LIST_HEAD.pack(len(body), len(packed_elements)) + body

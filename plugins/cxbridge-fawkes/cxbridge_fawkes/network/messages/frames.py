@@ -42,7 +42,7 @@ class FawkesFrame(NamedTuple):
 
 
 FindPayloadLimit = Callable[[int, int], int]
-"""Returns the present maximum size of a payload for a component and a kind of message."""
+"""A function that returns the present maximum size of a payload, by the component and the kind of message."""
 
 
 class FrameDecoder:
@@ -50,11 +50,11 @@ class FrameDecoder:
 
     The decoder buffers at most one incomplete frame, and none above the limit.
 
-    :param limit: returns the limit of a payload.
+    :param find_limit: returns the limit of a payload.
     """
 
-    def __init__(self, limit: FindPayloadLimit) -> None:
-        self._limit: Final = limit
+    def __init__(self, find_limit: FindPayloadLimit) -> None:
+        self._find_limit: Final = find_limit
         self._pending = bytearray()
         self._needed_size = HEADER.size
 
@@ -70,7 +70,7 @@ class FrameDecoder:
 
         :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
         """
-        # the usual bytes are whole frames, which need no copy to the buffer
+        # usually, the received bytes are whole frames, which need no copy to the buffer
         if self._pending:
             self._pending += received_bytes
             if len(self._pending) < self._needed_size:
@@ -81,8 +81,8 @@ class FrameDecoder:
         while end - start >= HEADER.size:
             component, kind, size = HEADER.unpack_from(received_bytes, start)
             # before the payload is buffered, because the limit bounds the memory for a peer
-            if size > (allowed := self._limit(component, kind)):
-                raise FrameTooLongError(component, kind, size, allowed)
+            if size > (limit := self._find_limit(component, kind)):
+                raise FrameTooLongError(component, kind, size, limit)
             frame_end = start + HEADER.size + size
             if frame_end > end:
                 self._needed_size = frame_end - start

@@ -46,7 +46,8 @@ class LogMessage(WireValue):
         return LogKind.LOGMESSAGE
 
     def pack(self) -> bytes:
-        seconds, microseconds = split_us(max(self.time_us, 0))
+        seconds, microseconds = split_us(max(self.time_us, 0))  # the wire has unsigned seconds
+        # a NUL ends a text on the wire
         texts = (text.encode(errors="replace").replace(b"\0", b"?") for text in (self.component, self.text))
         head = _FLAGS_WORD.pack(_LEVEL_NUMBERS[self.level]) + _TIME.pack(seconds, microseconds)
         return head + b"%s\0%s\0" % tuple(texts)
