@@ -41,6 +41,6 @@ class FawkesOptions(PluginOptions):
             "enable": self.fawkes,
             "host": self.fawkes_host,
             "port": self.fawkes_port,
-            "allow": list(self.fawkes_allow) or None,
+            "allow": list(self.fawkes_allow) or None,  # None: the option was not given
         }
         return [(f"fawkes/{name}", value) for name, value in values.items() if value is not None]

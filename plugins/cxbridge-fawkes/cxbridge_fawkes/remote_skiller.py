@@ -17,11 +17,13 @@ from cxbridge_fawkes.gateway import Gateway
 MIRRORED_TYPES = ("SkillerInterface", "SkillerDebugInterface")
 """The types of the mirrored interfaces."""
 
+# chosen freely
 PATIENCE_S = 5.0
 """Seconds to wait for a Skiller at the start."""
 
+# chosen freely
 RELEASE_TIMEOUT_S = 2.0
-"""Seconds to wait for a lost Skiller before giving up control of it."""
+"""Seconds for which `close` waits for the return of a lost Skiller, to release control of the Skiller."""
 
 _POLL_S = 0.05  # seconds between two checks of the remote Skiller
 
@@ -93,13 +95,13 @@ class RemoteSkiller:
 
     @property
     def loss_reason(self) -> str:
-        """Why the Skiller is lost; empty while it is mirrored."""
+        """Why the Skiller is lost; empty before its loss, and always if the start did not wait for it."""
         return self._loss_reason
 
     def close(self) -> None:
         """Deliver the pending messages and disconnect from both blackboards."""
         end_s = time.monotonic() + RELEASE_TIMEOUT_S
-        # a Fawkes that reloads its Skiller keeps the old controller, so wait for the Skiller to release
+        # a Fawkes that reloads its Skiller keeps the old controller, so wait until the gateway can release
         # control
         while self._remote.connected and self._gateway.owes_release and time.monotonic() < end_s:
             time.sleep(_POLL_S)

@@ -13,7 +13,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import python_command
 
 _CLEAN_UP_S: Final = 5.0  # the time for a command to clean up before it is killed
-_MAX_OUTPUT_BYTES: Final = 1 << 20  # of each output stream; further output is read and dropped
+# of each output stream, far above the length of an answer; further output is read and dropped
+_MAX_OUTPUT_BYTES: Final = 1 << 20
 
 # A command with this exit status or a higher one has no answer, except for `_TIMEOUT_STATUS`.
 _MIN_ERROR_STATUS: Final = 2
@@ -23,7 +24,7 @@ _TIMEOUT_STATUS: Final = 3
 
 
 async def run_command(*arguments: str, timeout_s: float) -> tuple[int, str]:
-    """Run a command; return its exit status and output.
+    """Run a command; return its exit status and its output on stdout, or on stderr if stdout is empty.
 
     Cancelling the call ends the process.
 

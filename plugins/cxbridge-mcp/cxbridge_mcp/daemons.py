@@ -16,14 +16,17 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_mcp.recordings import MAX_ROWS, clean_answer
 
-_ANSWER_TIMEOUT_S: Final = 30.0
+_ANSWER_TIMEOUT_S: Final = 30.0  # as in 'cxbridge why'
 _OWNER: Final = "mcp"
 _ANY_KIND: Final = ""  # an explanation may be of a goal or of a rule
 _MAX_RULES: Final = 1  # the fired rules that an explanation lists before each step of a goal
 
 
 class DaemonTools:
-    """The tools for a daemon.
+    """The tools for a daemon. Lists have at most `MAX_ROWS` rows unless a tool has a limit.
+
+    The docstrings of the tools are the descriptions that the assistant reads, except for :meth:`ask_daemon`.
+    A tool that fails raises CxbridgeError, whose text the assistant gets.
 
     :param url: the URL of the daemon's blackboard.
     :param allowed_operations: operations that the user allows in addition to those that only read.

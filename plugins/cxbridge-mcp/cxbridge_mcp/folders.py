@@ -20,6 +20,7 @@ _SCENARIO: Final = "scenario.yaml"
 class Folders:
     """The folders with scenarios and recordings.
 
+    :param folders: at least one folder.
     :raises CxbridgeError: if a folder does not exist.
     """
 
@@ -53,7 +54,7 @@ class Folders:
     def recording_path(self, name: str) -> Path:
         """Return the path of a recording.
 
-        :raises CxbridgeError: if the file does not exist.
+        :raises CxbridgeError: if the file does not exist, or the path is outside the folders.
         """
         path = self.resolve_path(name)
         if not path.exists():
@@ -65,7 +66,8 @@ class Folders:
     def new_recording_path(self, name: str) -> Path:
         """Return the path of a recording to create.
 
-        :raises CxbridgeError: if the name does not end in ``.mcap``, or the file exists.
+        :raises CxbridgeError: if the name does not end in ``.mcap``, the file exists, or the path is outside
+            the folders.
         """
         path = self.resolve_path(name)
         if path.suffix != ".mcap":
@@ -79,7 +81,7 @@ class Folders:
     def scenario_argument(self, name: str) -> str:
         """Return a SCENARIO argument for commands: the name of a shipped scenario, or a path.
 
-        :raises CxbridgeError: if the scenario does not exist.
+        :raises CxbridgeError: if the scenario does not exist, or the path is outside the folders.
         """
         if name in shipped_scenarios():
             return name
@@ -113,7 +115,7 @@ class Folders:
         return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
 
     def _find_files(self) -> Iterator[Path]:
-        """Return the first regular files of the folders, without hidden files and links."""
+        """Yield the first `MAX_SEARCHED_FILES` regular files, without hidden files and links."""
         return islice(self._walk_files(), MAX_SEARCHED_FILES)
 
     def _walk_files(self) -> Iterator[Path]:

@@ -16,7 +16,7 @@ MAX_ROWS: Final = 200
 MAX_CHARACTERS: Final = 60_000
 """The maximum number of characters of a text in an answer."""
 
-_CHECK_TIMEOUT_S: Final = 120.0
+_CHECK_TIMEOUT_S: Final = 120.0  # chosen freely
 
 
 def clean_answer(text: str) -> str:
@@ -28,7 +28,9 @@ def clean_answer(text: str) -> str:
 
 
 class RecordingTools:
-    """The tools for scenarios and recordings.
+    """The tools for scenarios and recordings. Lists have at most `MAX_ROWS` rows.
+
+    The docstrings of the tools are the descriptions that the assistant reads.
 
     :param folders: the files that the assistant may name.
     """

@@ -1,4 +1,4 @@
-"""Makes the server with the tools that the user allows."""
+"""The server with the tools that the user allows."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
         description="Request an operation of the daemon, with its arguments; "
         f"{daemon_tools.operations_text()}.",
         annotations=destructive_annotations if operations else read_only_annotations,
-        structured_output=False,
+        structured_output=False,  # each operation has another type of result
     )
     for program in (program_tools.run, program_tools.explore):
         if program.__name__ in allow:

@@ -161,7 +161,7 @@ class _CsvFile:
                 elements = value if is_array else [value]
                 text = ", ".join(map(format_element, elements)) if format_element else str(value)
             except (TypeError, ValueError):
-                # 40 characters: a list or a text may be long, and the start of the value identifies it
+                # cut to 40 characters, because a crafted recording may have a value of any length
                 raise TraceError(
                     f"the recorded value {value!r:.40} does not fit the field '{name}'", file=self._path
                 ) from None

@@ -39,11 +39,12 @@ HANDLER_COMPONENT: Final = "BlackBoardNetworkHandler"
 """The component of the log lines about the blackboard's clients, as in Fawkes."""
 
 _READ_BYTES: Final = 64 * 1024  # the maximal size of one read
-_MAX_BACKLOG: Final = 512  # clients that connect at once
+_MAX_BACKLOG: Final = 512  # the number of clients that may connect at once, chosen freely
 _STOP_TIMEOUT_S: Final = 5.0  # a handler that does not return must not block the end of the process
 _ACCEPT_PAUSE_S: Final = 0.02  # the pause of each round while the process has no free file descriptor
 
 
+# chosen freely; a test opens a thousand clients, which take less than 100 MiB
 MAX_CLIENTS: Final = 2048
 """The maximum number of clients."""
 
@@ -54,12 +55,14 @@ STALL_S: Final = GONE_TIMEOUT_S
 class FawkesServer(BoardServer):
     """Serves a blackboard by Fawkes' protocol, between :meth:`start` and :meth:`stop`.
 
+    :param board: the served blackboard.
     :param host: the listening address; beyond the loopback only with ``allow``.
     :param port: the listening port; 0 for any free port, see :attr:`port`.
     :param bus: gets log lines, by default the board's bus.
     :param components: further components: network logger, plugin manager, configuration.
     :param allow: addresses and networks that may connect, in addition to the loopback.
-    :raises BlackBoardError: if the address cannot be used.
+    :param rights: what clients may write and send.
+    :raises BlackBoardError: if the address cannot be used, or a text of ``allow`` is no address or network.
     """
 
     def __init__(
@@ -81,7 +84,7 @@ class FawkesServer(BoardServer):
         self._components: Final = {
             int(component.COMPONENT): component for component in (blackboard, *components)
         }
-        self._sessions: dict[int, FawkesSession] = {}
+        self._sessions: dict[int, FawkesSession] = {}  # by number
         self._session_numbers = itertools.count(1)
         self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
         self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
@@ -132,8 +135,11 @@ class FawkesServer(BoardServer):
         if not self.is_current_thread():
             self._wakeup.set()
 
-    def defers_flush(self, session: FawkesSession) -> bool:
-        """Return whether the calling thread will flush the session: the server's thread, after a round."""
+    def defer_flush(self, session: FawkesSession) -> bool:
+        """Defer the flush of a session to the end of the round.
+
+        :returns: False without effect, if the caller is not the server's thread in a round.
+        """
         if not self._is_in_round or not self.is_current_thread():
             return False
         if not session.awaits_writable:
@@ -162,6 +168,7 @@ class FawkesServer(BoardServer):
     def _poll_timeout_s(self) -> float | None:
         """Return the seconds until the next check; None to wait for events only."""
         has_slow_client = any(session.awaits_writable for session in self._sessions.values())
+        # a stalled client is dropped at most a second after its limit
         return min(STALL_S / 4, 1.0) if has_slow_client else None
 
     def _handle_event(self, key: selectors.SelectorKey, mask: int) -> None:
@@ -180,7 +187,7 @@ class FawkesServer(BoardServer):
     def _accept(self) -> None:
         try:
             sock, address = self._listener.accept()
-        except (BlockingIOError, ConnectionAbortedError):
+        except (BlockingIOError, ConnectionAbortedError):  # the client has disconnected already
             return
         except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
             self._complaints.add(

@@ -24,8 +24,11 @@ class FawkesNetworkHub(Protocol):
     def request_flush(self, session: FawkesSession) -> None:
         """Flush or drop a session soon, in the server's thread."""
 
-    def defers_flush(self, session: FawkesSession) -> bool:
-        """Return whether the calling thread will flush the session: the server's thread, after a round."""
+    def defer_flush(self, session: FawkesSession) -> bool:
+        """Defer the flush of a session to the end of the round.
+
+        :returns: False without effect, if the caller is not the server's thread in a round.
+        """
 
     def broadcast(self, frames: bytes) -> None:
         """Send frames to all clients."""
@@ -64,7 +67,7 @@ class FawkesSession:
         return f"client {self.number} ({self.peer})"
 
     def request_drop(self, reason: str) -> None:
-        """Let the server's thread drop the session. Only the first reason counts."""
+        """Make the server's thread drop the session. Only the first reason counts."""
         self.drop_reason = self.drop_reason or reason
         self._hub.request_flush(self)
 
@@ -95,7 +98,10 @@ class FawkesSession:
         return now_s - self._last_progress_s if self._outbox else 0.0
 
     def close(self) -> None:
-        """Send as many queued bytes as the socket accepts, and end the connection."""
+        """End the connection, after as many queued bytes as the socket accepts.
+
+        A session with a drop reason sends nothing.
+        """
         if not self.drop_reason:
             self.flush()
         self.drop_reason = self.drop_reason or "closed"
@@ -107,7 +113,7 @@ class FawkesSession:
     def _flush_unless_deferred(self) -> None:
         """Send queued bytes unless the server's thread will flush. The caller holds the lock."""
         outbox = self._outbox
-        if not self._hub.defers_flush(self):
+        if not self._hub.defer_flush(self):
             self._send_queued()
             if outbox and not self.awaits_writable:
                 self._hub.request_flush(self)

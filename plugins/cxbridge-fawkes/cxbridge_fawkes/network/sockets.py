@@ -12,11 +12,12 @@ from cxbridge.errors import BlackBoardError
 DEFAULT_PORT: Final = 1910  # Fawkes' default
 SCHEME: Final = "fawkes"
 
+# chosen freely
 GONE_TIMEOUT_S: Final = 20.0
 """Seconds without packets from the other machine after which the connection ends."""
 
 _KEEPALIVE_PROBES: Final = 4  # unanswered TCP keep-alive probes that end a connection; single probes get lost
-_QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
+_QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)  # None: the system has no such option
 
 
 def configure_socket(sock: socket.socket) -> None:

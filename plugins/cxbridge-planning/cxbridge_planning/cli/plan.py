@@ -126,13 +126,13 @@ def _make_plan(
     from cxbridge_planning import PlanningService, PlanRequest
     from cxbridge_planning.registry import choose_planners
 
-    engine_options = _parse_options(options.option)
+    planner_settings = _parse_options(options.option)
     with PlanningService(at_once=1) as service:
         service.warm_up()  # the imports of the process take longer than the parser
         domain, problem = _read_files(domain_file, problem_file, as_fawkes=as_fawkes)
         # called for its errors only: an unsupported problem is bad input, not a failure of the planner
-        choose_planners(options.planner, domain, problem, engine_options)
-        return service.plan(PlanRequest(domain, problem, options.planner, engine_options, options.timeout))
+        choose_planners(options.planner, domain, problem, planner_settings)
+        return service.plan(PlanRequest(domain, problem, options.planner, planner_settings, options.timeout))
 
 
 def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:

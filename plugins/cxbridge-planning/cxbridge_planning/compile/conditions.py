@@ -27,6 +27,7 @@ from cxbridge.executive.pddl.types import extended_bindings
 from cxbridge_planning.errors import PlanningError
 from cxbridge_planning.objects import ObjectTable
 
+# chosen freely
 MAX_ALTERNATIVES: Final = 4096
 """The maximum number of alternatives of a condition."""
 
@@ -45,7 +46,7 @@ class Conjunction(NamedTuple):
     negative: frozenset[Fact] = frozenset()
 
     def join(self, other: Conjunction) -> Conjunction | None:
-        """Return the conjunction of both; None if a fact would have to be true and false."""
+        """Return the conjunction of this and another; None if a fact would have to be true and false."""
         positive, negative = self.positive | other.positive, self.negative | other.negative
         return None if positive & negative else Conjunction(positive, negative)
 
@@ -117,6 +118,7 @@ def object_of(term: Term, binding: Binding) -> str:
 
 
 def fact_of(atom: Atom, binding: Binding) -> Fact:
+    """Return the fact of an atom, with the objects of its terms."""
     return Fact(atom.predicate, tuple(object_of(argument, binding) for argument in atom.arguments))
 
 

@@ -30,8 +30,9 @@ from cxbridge_planning.compile.strips import Operator, StripsTask, remove_irrele
 from cxbridge_planning.errors import PlanningError
 from cxbridge_planning.objects import ObjectTable
 
+# chosen freely
 MAX_OPERATORS: Final = 200_000
-"""The maximum number of ground actions in memory."""
+"""The maximum number of cases of ground actions and of the goal. A case becomes at most one operator."""
 
 # pyperplan's goals are conjunctions: auxiliary operators lead from each alternative of the goal to this fact;
 # no predicate of PDDL has a blank in its name
@@ -53,7 +54,7 @@ class _GroundCase:
 def ground(domain: Domain, problem: Problem) -> StripsTask:
     """Return the STRIPS task of a problem without numbers.
 
-    :raises PlanningError: if the task becomes too large.
+    :raises PlanningError: if the task becomes too large, or a condition or an effect is not supported.
     """
     return _Grounder(domain, problem, MAX_OPERATORS).make_task()
 
@@ -61,7 +62,8 @@ def ground(domain: Domain, problem: Problem) -> StripsTask:
 def find_reachable_facts(domain: Domain, problem: Problem, max_operators: int) -> frozenset[Fact]:
     """Return the facts reachable without deletions, including the initial facts.
 
-    :raises PlanningError: if there are more ground actions than ``max_operators``.
+    :param max_operators: the maximum number of cases of ground actions and of the goal.
+    :raises PlanningError: if there are more cases, or a condition or an effect is not supported.
     """
     grounder = _Grounder(domain, problem, max_operators)
     return frozenset((*grounder.initial_facts, *grounder.reached_facts))
@@ -160,6 +162,8 @@ class _Grounder:
         """Add a case, which waits for its positive facts.
 
         Negative facts do not count, because deletions are ignored.
+
+        :raises PlanningError: if there are too many cases.
         """
         if self._case_count >= self._max_operators:
             raise PlanningError(
@@ -226,6 +230,7 @@ class _Grounder:
             if ground_case.action is not None:
                 changes = ground_case.case.changes
                 adds = {change.fact for change in changes if change.becomes_true}
+                # as in PDDL, a fact that an action deletes and adds is true afterwards
                 deletes = {change.fact for change in changes if not change.becomes_true} - adds
                 preconditions = number_condition(ground_case.case.condition)
                 # the opposite of an added fact is deleted, and vice versa

@@ -19,7 +19,7 @@ from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge_fawkes.network.sockets import acknowledge_at_once, configure_socket
 
-_READ_BYTES: Final = 256 * 1024  # the maximal size of one read, chosen freely: usual frames are much smaller
+_READ_BYTES: Final = 256 * 1024  # the maximal size of one read, chosen freely
 
 
 class FawkesConnection:

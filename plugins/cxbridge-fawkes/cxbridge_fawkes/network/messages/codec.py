@@ -17,7 +17,7 @@ from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
-# chosen freely: requests to the network logger and the plugin manager are much smaller
+# chosen freely
 UNKNOWN_LIMIT: Final = 64 * 1024
 """The maximum payload, in bytes, of a message to another component of a server, or of unknown kind."""
 # a text may have 64 KiB, and a list several texts
