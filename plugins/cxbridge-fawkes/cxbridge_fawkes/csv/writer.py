@@ -214,7 +214,7 @@ def _create(path: Path) -> IO[bytes]:
 def _make_folder(path: Path) -> None:
     """Create a folder unless it exists.
 
-    :raises TraceError: if the path is no folder, or the folder cannot be created.
+    :raises TraceError: if the path is not a folder, or the folder cannot be created.
     """
     if path.exists() and not path.is_dir():
         raise TraceError(

@@ -26,7 +26,7 @@ class AllowedPeers:
         self._networks: Final = [_parse_network(text) for text in allowed]
 
     def admits(self, host: str) -> bool:
-        """Return whether the peer at an address may connect; False for a text that is no address."""
+        """Return whether the peer at an address may connect; False for a text that is not an address."""
         try:
             # without the zone of an IPv6 address, fe80::1%eth0
             address = ipaddress.ip_address(host.partition("%")[0])

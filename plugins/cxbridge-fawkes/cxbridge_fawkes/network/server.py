@@ -62,7 +62,7 @@ class FawkesServer(BoardServer):
     :param components: further components: network logger, plugin manager, configuration.
     :param allow: addresses and networks that may connect, in addition to the loopback.
     :param rights: what clients may write and send.
-    :raises BlackBoardError: if the address cannot be used, or a text of ``allow`` is no address or network.
+    :raises BlackBoardError: if the address cannot be used, or ``allow`` is invalid.
     """
 
     def __init__(
