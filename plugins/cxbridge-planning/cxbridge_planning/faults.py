@@ -40,7 +40,7 @@ class FaultyPlanning(PlanningService):
         """
         status, delay_s = self._choose_fault(self._env, request.problem.name)
         if status:
-            message = "the world has chosen this result"
+            message = "the program has chosen this result"
             return EndedCall(self, request, PlanResult(PlanStatus(status), request.planner, message=message))
         due_us = self._now_us() + round(delay_s * MICROSECONDS)
         call = super().call(request)

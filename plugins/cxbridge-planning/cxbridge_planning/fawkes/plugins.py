@@ -131,7 +131,7 @@ class PddlRobotMemory(_Plugin):
     """The generator: writes ``PddlGenInterface`` and fills the template of the problem.
 
     :raises BlackBoardError: if the interface has another writer.
-    :raises ConfigError: if a setting is missing.
+    :raises ConfigError: if a setting is missing or has the wrong type.
     """
 
     def __init__(
@@ -198,7 +198,7 @@ class PddlPlanner(_Plugin):
 
     :param service: makes the plans.
     :raises BlackBoardError: if the interface has another writer.
-    :raises ConfigError: if a setting is missing.
+    :raises ConfigError: if a setting is missing or has the wrong type.
     """
 
     def __init__(

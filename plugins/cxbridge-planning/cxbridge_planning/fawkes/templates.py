@@ -52,7 +52,7 @@ class ProblemTemplate:
     :param file: the file name for errors.
     :ivar queries: the queries by section.
     :ivar warnings: mistakes that do not prevent filling the template.
-    :raises PlanningError: if the tags of sections do not match, or a query is not JSON.
+    :raises PlanningError: if the tags of sections do not match, or a query is not a JSON object.
     """
 
     def __init__(self, text: str, file: str = "") -> None:

@@ -34,7 +34,7 @@ class DelayedCall(PlanCall):
         return self._result or (self._call.result if self._is_due() else None)
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Return the result; None before the end of the delay."""
+        """Return the result; None before the end of the delay, or after the timeout."""
         # a wait for the end of the delay would be endless, since this thread advances the run's clock
         return self._result or (self._call.wait(timeout) if self._is_due() else None)
 

@@ -21,7 +21,7 @@ class Job:
     """A planning job.
 
     :param max_memory_bytes: the limit of address space in bytes; 0: no limit.
-    :param time_limit_s: the time limit, from the start of the job.
+    :param time_limit_s: the time limit in seconds, from the start of the job; infinite without a limit.
     """
 
     planner: Planner

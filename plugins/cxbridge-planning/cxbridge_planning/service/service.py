@@ -199,7 +199,10 @@ class PlanningService(Closing):
         self._is_closed = False
 
     def warm_up(self) -> None:
-        """Start a process in advance, so that the first call does not wait for the process."""
+        """Start a process in advance, so that the first call does not wait for the process.
+
+        :raises OSError: if the process cannot be started.
+        """
         with self._pool_changed:
             if not self._idle_processes and not self._is_closed:
                 self._idle_processes.append(PlannerProcess())
