@@ -36,8 +36,8 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
 
     :param path: a CSV file for a single interface, otherwise a folder.
     :returns: notes for the user, or None for a run of another format.
-    :raises TraceError: if a file cannot be read or written, if the definition for the only file is missing,
-        or if `path` is a CSV file and the run has several interfaces.
+    :raises TraceError: if a file cannot be read or written, if the run is a single file without a fitting
+        definition, or if `path` is a CSV file and the run is a folder without exactly one file.
     """
     if isinstance(run, BBLoggerFile):
         _convert_file(run, path / f"{run.path.stem}{_SUFFIX}" if path.is_dir() else path)

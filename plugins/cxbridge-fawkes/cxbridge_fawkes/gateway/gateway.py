@@ -131,7 +131,7 @@ class Gateway(Observer, Closing):
             self._thread.join(_STOP_TIMEOUT_S)
         for board in self._boards:
             board.unregister_observer(self)
-        # a thread that still waits for a board may transfer later, and only one thread may transfer
+        # a thread that still waits for a board may be within a transfer itself
         if self._thread is None or not self._thread.is_alive():
             self._transfer()
         for key, mirror in self._mirrors.items():

@@ -98,7 +98,7 @@ class FawkesSession:
         return now_s - self._last_progress_s if self._outbox else 0.0
 
     def close(self) -> None:
-        """End the connection, after as many queued bytes as the socket accepts.
+        """End the connection, after sending as many queued bytes as the socket accepts.
 
         A session with a drop reason sends nothing.
         """

@@ -19,7 +19,9 @@ from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
 # chosen freely
 UNKNOWN_LIMIT: Final = 64 * 1024
-"""The maximum payload, in bytes, of a message to another component of a server, or of unknown kind."""
+"""The maximum payload, in bytes, of a message of unknown kind to a server's blackboard, and of messages to
+components other than blackboard and configuration.
+"""
 # a text may have 64 KiB, and a list several texts
 CONFIG_LIMIT: Final = 256 * 1024
 """The maximum payload, in bytes, of a request of the configuration, which may have a value."""
