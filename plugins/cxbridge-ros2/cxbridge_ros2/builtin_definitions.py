@@ -1,7 +1,7 @@
 """Definitions of messages and services that rosbags lacks, so that users do not need their packages.
 
-The constants of ActionExecution, ActionPerformerStatus and SkillExecution are left out, since constants are
-neither on the wire nor in type hashes. :mod:`cxbridge_ros2.hub.protocol` has the constants as enums.
+The constants of the messages of hubs are left out, since constants are neither on the wire nor in type
+hashes. :mod:`cxbridge_ros2.hub.protocol` has the constants as enums.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ string[] specialized_arguments  # the only possible arguments; empty for any
 string node_name
 """,
     "cx_msgs/msg/SkillExecution": """int16 type                 # a MessageKind
-string node_id             # the caller in a REQUEST, otherwise the executor
+string node_id             # the caller in a REQUEST, otherwise the performer
 string action
 string[] action_parameters
 string agent_id            # empty unless there are several robots

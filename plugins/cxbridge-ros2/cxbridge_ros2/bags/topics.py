@@ -26,9 +26,9 @@ from cxbridge_ros2.interfaces.definitions import make_ros_field_names, make_ros_
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.rosout import LOG_TYPE, find_level
 
-EVENTS_TOPIC: Final = "/cxbridge/events"  # has all events of a run, each as JSON with its kind
+EVENTS_TOPIC: Final = "/cxbridge/events"  # has the events of a run except `SourceRead`, as JSON with the kind
 FILES_TOPIC: Final = "/cxbridge/files"  # has the files attached to a run, each as JSON
-SOURCES_TOPIC: Final = "/cxbridge/sources"  # has a record of each file that the run has read, as JSON
+SOURCES_TOPIC: Final = "/cxbridge/sources"  # has a record of each `SourceRead`, a file that the run has read
 TEXT_TYPE: Final = "std_msgs/msg/String"
 
 _HUB_TYPES: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
@@ -41,9 +41,11 @@ _SKILL_STATUSES: Final = {
     GoalStatus.ABORTED: "S_FAILED",
 }
 _REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
-_INTERFACE_SLASH_COUNT: Final = 3  # the slashes in /blackboard/TYPE/ID
+_INTERFACE_SLASH_COUNT: Final = 3  # the slashes in /blackboard/TYPE/ID: other topics do not tell the id
 _MAX_GOALS: Final = 1000  # limits the memory for a long recording: the oldest goals are forgotten
-_MAX_ARGUMENTS_LENGTH: Final = 200  # limit of the characters of a skill string's arguments
+# Limit of the characters of a skill string's arguments, chosen freely: a goal may be as large as any message,
+# and each event of the goal repeats the skill string.
+_MAX_ARGUMENTS_LENGTH: Final = 200
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.
 Converter = Callable[[str, Message, int], Iterator[Event]]
@@ -58,7 +60,7 @@ class ConverterTable:
 
     def __init__(self, registry: InterfaceRegistry, *, has_events: bool) -> None:
         self._registry = registry
-        self._interface_types = (
+        self._interfaces_by_message_type = (
             {} if has_events else {make_ros_message_type(name): name for name in registry.names()}
         )
         self._has_events = has_events
@@ -77,8 +79,8 @@ class ConverterTable:
             return _convert_event
         if self._has_events:
             return None
-        if message_type in self._interface_types and topic.count("/") == _INTERFACE_SLASH_COUNT:
-            return self._make_interface_converter(self._interface_types[message_type])
+        if message_type in self._interfaces_by_message_type and topic.count("/") == _INTERFACE_SLASH_COUNT:
+            return self._make_interface_converter(self._interfaces_by_message_type[message_type])
         if message_type.endswith(_GOAL_EVENT_SUFFIX):
             return self._convert_goal_request
         return self._converters_by_type.get(message_type)
@@ -89,28 +91,32 @@ class ConverterTable:
         """Store the skill string of a goal, from the service event of its request."""
         for request in message["request"]:
             if message["info"]["event_type"] in _REQUEST_EVENTS:
-                goal = self._find_goal(topic, request["goal_id"]["uuid"])
+                goal = self._ensure_goal(topic, request["goal_id"]["uuid"])
                 goal.skill_string = _format_skill_string(goal.name, _flatten_fields(request["goal"]))
         yield from ()  # makes this function a generator like all converters; a request becomes no event
 
     def _convert_status(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for goal_status in message["status_list"]:
-            goal = self._find_goal(topic, goal_status["goal_info"]["goal_id"]["uuid"])
+            goal = self._ensure_goal(topic, goal_status["goal_info"]["goal_id"]["uuid"])
             status = _SKILL_STATUSES.get(goal_status["status"])
             # each message repeats the statuses of earlier goals
             if status is not None and status != goal.status and goal.status in ("", "S_RUNNING"):
                 goal.status = status
                 yield SkillStatus(time_us, "", goal.action, goal.skill_string, goal.number, status)
 
-    def _find_goal(self, topic: str, uuid: bytes) -> _Goal:
+    def _ensure_goal(self, topic: str, uuid: bytes) -> _Goal:
         if uuid not in self._goals:
-            while len(self._goals) >= _MAX_GOALS:
-                del self._goals[next(iter(self._goals))]
-            self._last_number += 1
             action = topic.partition("/_action/")[0]
             name = action.rpartition("/")[2]
-            self._goals[uuid] = _Goal(action, name, _format_skill_string(name, {}), self._last_number)
+            self._add_goal(uuid, action, name, _format_skill_string(name, {}))
         return self._goals[uuid]
+
+    def _add_goal(self, key: bytes, action: str, name: str, skill_string: str) -> _Goal:
+        while len(self._goals) >= _MAX_GOALS:
+            del self._goals[next(iter(self._goals))]
+        self._last_number += 1
+        self._goals[key] = goal = _Goal(action, name, skill_string, self._last_number)
+        return goal
 
     def _convert_hub_message(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         # PlanSys2 and ros2-clips-executive have different names for the field
@@ -121,9 +127,10 @@ class ConverterTable:
         # messages on a hub have no id of the goal: topic, performer and skill string identify the goal
         goal_key = f"{topic} {message['node_id']} {skill_string}".encode()
         if message["type"] == MessageKind.CONFIRM:
-            self._last_number += 1
-            self._goals[goal_key] = _Goal(message["node_id"], "", skill_string, self._last_number)
-            yield SkillStatus(time_us, "", message["node_id"], skill_string, self._last_number, "S_RUNNING")
+            confirmed_goal = self._add_goal(goal_key, message["node_id"], "", skill_string)
+            yield SkillStatus(
+                time_us, "", message["node_id"], skill_string, confirmed_goal.number, "S_RUNNING"
+            )
         elif message["type"] == MessageKind.FINISH and (goal := self._goals.pop(goal_key, None)) is not None:
             status = "S_FINAL" if message["success"] else "S_FAILED"
             yield SkillStatus(time_us, "", goal.action, skill_string, goal.number, status)
@@ -159,8 +166,9 @@ class _Goal(msgspec.Struct):
     """A goal of an action, or an action on a hub.
 
     :param action: the name of the action, or of the performer on a hub; stands for the Skiller in events.
-    :param name: the last part of the action's name; stands for the skill.
+    :param name: the last part of the action's name; stands for the skill. Empty for an action on a hub.
     :param skill_string: the skill string in events.
+    :param number: the number of the goal in the bag; stands for the id of the message to the Skiller.
     :param status: the last reported status; empty before the first status.
     """
 
@@ -220,7 +228,7 @@ def _to_interface_value(field: FieldSchema, value: Any) -> Any:
 
 
 def _flatten_fields(value: Any, path: str = "") -> dict[str, Any]:
-    """Return the scalars in a message by dotted path, without empty texts and zeros."""
+    """Return the scalars in a message by dotted path, without false, zeros and empty texts."""
     if isinstance(value, Mapping):
         flat_values: dict[str, Any] = {}
         for name, inner_value in value.items():

@@ -20,18 +20,21 @@ from cxbridge.trace.formats.mcap.records import MAX_RECORD_SIZE
 
 MAX_UNPACKED_BYTES: Final = MAX_RECORD_SIZE  # limit of an unpacked chunk or message, in bytes
 
-# Limit of the expansion of a packed file. Every file may expand to at least `MAX_UNPACKED_BYTES`.
+# Limit of the expansion of a packed file, chosen freely. Every file may expand to at least
+# `MAX_UNPACKED_BYTES`.
 MAX_EXPANSION_FACTOR: Final = 100
 
 _READ_BYTES: Final = 1024 * 1024  # the number of bytes of a read, after which the size is checked
 
 
 def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
-    """Unpack data that consists of frames.
+    """Return the content of packed data, which consists of frames.
 
     :param make_decompressor: makes the decompressor of a frame.
-    :raises ReaderError: if the data exceeds the limit, or a truncated frame has no content. A truncated frame
-        with content is cut there, so that a recording that was interrupted is readable up to its end.
+    A truncated frame gives the content before its end, so that an interrupted recording is readable up to its
+    end.
+
+    :raises ReaderError: if the unpacked data exceeds the limit, or a truncated frame has no content.
     """
     chunks: list[bytes] = []
     remaining_bytes = MAX_UNPACKED_BYTES
@@ -70,11 +73,11 @@ class _LimitedZstd:
         packed_bytes = file.seek(0, io.SEEK_END)
         max_bytes = max(MAX_UNPACKED_BYTES, MAX_EXPANSION_FACTOR * packed_bytes)
         file.seek(0)
-        with self._module.open(file, mode) as unpacked:
-            size = 0
-            while chunk := unpacked.read(_READ_BYTES):
-                size += len(chunk)
-                if size > max_bytes:
+        with self._module.open(file, mode) as unpacked_file:
+            unpacked_bytes = 0
+            while chunk := unpacked_file.read(_READ_BYTES):
+                unpacked_bytes += len(chunk)
+                if unpacked_bytes > max_bytes:
                     raise ReaderError(
                         f"a packed file of {packed_bytes} bytes expands to more than {max_bytes}"
                     )

@@ -40,12 +40,12 @@ from cxbridge_ros2.stamps import NS_PER_US
 
 _METADATA_VERSION: Final = 9  # version of the metadata.yaml, that of ROS 2 Jazzy
 _TRANSFORM_UID_PREFIX: Final = "TransformInterface::"
-# Later times may overflow the signed 64-bit nanoseconds of a bag.
+# Later times may overflow the signed 64-bit nanoseconds of a bag, of which this is half: about the year 2116.
 _MAX_TIME_US: Final = 2**62 // NS_PER_US
 
 
 class BagWriter(RunWriter):
-    """A bag in a new folder.
+    """Writes a run to a bag in a new folder.
 
     :raises TraceError: if the folder exists or cannot be created.
     """
@@ -54,7 +54,7 @@ class BagWriter(RunWriter):
         self.path = path
         self._definitions = Definitions(environment={})
         self._codec = Codec(self._definitions)
-        self._connections: dict[str, Connection] = {}
+        self._connections: dict[str, Connection] = {}  # by topic
         self._last_us = 0
         self._record_maker = SourceRecordMaker()
         with _convert_errors(path):
@@ -108,7 +108,7 @@ class BagWriter(RunWriter):
     def _write_message(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
         name = parse_type(message_type)
         encoded_message = self._codec.encode(name, message)
-        self._last_us = max(0, min(time_us, _MAX_TIME_US))
+        self._last_us = max(0, min(time_us, _MAX_TIME_US))  # MCAP has no times before the epoch
         with _convert_errors(self.path):
             if topic not in self._connections:
                 self._connections[topic] = self._bag.add_connection(

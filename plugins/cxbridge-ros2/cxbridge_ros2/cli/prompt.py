@@ -25,10 +25,11 @@ _PROMPT: Final = "> "
 
 
 def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
-    """Join the domain as a node, and carry out one command, or all input lines.
+    """Join the domain as a node, and carry out one command, or the input lines up to ``quit``.
 
     :param settings: the settings of the node, by the keys of a configuration.
-    :returns: the worst exit status of a command.
+    :param command: the only command; None for the input lines.
+    :returns: the worst exit status of a command; 0 if all commands were carried out.
     """
     node_settings, worst_status = NodeSettings.parse(settings, Path(), "the terminal"), 0
     definitions = node_settings.load_definitions(TYPE_DEFINITIONS)
@@ -54,7 +55,7 @@ def _read_lines() -> Iterator[str]:
     """Yield typed lines after a prompt, or the lines of a pipe."""
     lines = InputLines()
     if lines.is_terminal:
-        with suppress(EOFError):
+        with suppress(EOFError):  # Ctrl-D ends the input
             while True:
                 yield input(_PROMPT)
     else:

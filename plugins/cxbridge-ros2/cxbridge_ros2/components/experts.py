@@ -37,7 +37,7 @@ class Ros2Experts(Component):
                 raise ConfigError("the experts do not work with --ros2cx", hint="remove ros2/experts")
         namespace = settings.namespace
         if context.name:  # each agent of a team has separate experts
-            namespace += "/" + re.sub(r"\W", "_", context.name)
+            namespace += "/" + re.sub(r"\W", "_", context.name)  # ROS has names of letters, digits and _
         log = context.bus.logger("Ros2Experts")
         self._node = settings.join(
             f"cxbridge_experts_{context.name}".rstrip("_"),

@@ -42,22 +42,27 @@ class Ros2Interfaces(Component):
 
     def _join_domain(self, name: str, settings: NodeSettings, topics: list[TopicSettings]) -> None:
         context, registry = self._context, self._context.registry
-        schemas = {topic.key: [*map(registry.schema, self._find_matching_types(topic))] for topic in topics}
+        schemas_by_key = {
+            topic.key: [*map(registry.schema, self._find_matching_types(topic))] for topic in topics
+        }
         generated_topics = (topic for topic in topics if topic.type_name is None)
         definitions = settings.load_definitions(
-            generate_definitions(schema for topic in generated_topics for schema in schemas[topic.key])
+            generate_definitions(schema for topic in generated_topics for schema in schemas_by_key[topic.key])
         )
         node = settings.join(name, definitions, self._log.warn, context.rights)
         self._nodes.append(node)
         # the written interfaces first, since PublishedInterfaces excludes the written interfaces
         for topic in sorted(topics, key=lambda topic: topic.direction != WRITE):
             with locate_errors(context.config, f"{SECTION}/{topic.key}"):
-                for schema in schemas[topic.key]:
+                for schema in schemas_by_key[topic.key]:
                     check_mapping(topic, schema, definitions)
                 self._add_topic(topic, node)
 
     def _find_matching_types(self, topic: TopicSettings) -> list[str]:
-        """Return the names of the interface types that a topic's pattern matches."""
+        """Return the names of the interface types that a topic's pattern matches, at least one.
+
+        :raises InterfaceError: if the pattern matches no type.
+        """
         registry, glob = self._context.registry, topic.pattern.type_glob
         matching_types = [name for name in registry.names() if fnmatchcase(name, glob)]
         if not matching_types:

@@ -42,14 +42,14 @@ class Ros2NodeComponent(Component):
         self._daemon = daemon
         values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _SUBJECT)
         with locate_errors(daemon.config, _SECTION):
-            level = typed_setting(values, "log", "info", _SUBJECT)
-            check_choice(level, _LEVELS, f"unknown log level '{level}'")
+            log_level = typed_setting(values, "log", "info", _SUBJECT)
+            check_choice(log_level, _LEVELS, f"unknown log level '{log_level}'")
             name = typed_setting(values, "name", "cxbridge", _SUBJECT)
             if not name.isidentifier():
                 raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")
         log = daemon.bus.logger("Ros2Node")
         self._node = node = settings.join(name, settings.load_definitions(), log.warn, daemon.rights)
-        self._rosout = RosoutPublisher(node, name, _LEVELS[level])
+        self._rosout = RosoutPublisher(node, name, _LEVELS[log_level])
         daemon.bus.subscribe(self._rosout, *RosoutPublisher.event_types)
         callbacks = {
             DEACTIVATE: lambda: self._run_command("pause"),
@@ -68,17 +68,21 @@ class Ros2NodeComponent(Component):
         daemon.add_endpoints([f"ROS 2 node /{name}"], "ROS 2")
 
     def _run_command(self, command: str) -> bool:
+        """Carry out a command of the daemon; return True, since the transition has succeeded."""
         self._daemon.carry_out(command)
         return True
 
     def loop(self) -> None:
-        """Handle requests, and report transitions that clients of other protocols have requested."""
+        """Handle requests, report transitions, and publish the states of components once a second.
+
+        The reported transitions are those that clients of other protocols have requested.
+        """
         self._node.poll()
         is_paused = self._daemon.lifecycle.paused
         self._lifecycle.report_state(LifecycleState.INACTIVE if is_paused else LifecycleState.ACTIVE)
         now_us = self._clock.now_us()
         if now_us >= self._next_diagnostics_us:
-            self._next_diagnostics_us = now_us + MICROSECONDS  # once a second, the usual rate of /diagnostics
+            self._next_diagnostics_us = now_us + MICROSECONDS  # the usual rate of /diagnostics
             statuses = [self._make_status(component) for component in self._daemon.lifecycle.status()]
             self._diagnostics_publisher.publish(
                 {"header": {"stamp": us_to_stamp(now_us)}, "status": statuses}

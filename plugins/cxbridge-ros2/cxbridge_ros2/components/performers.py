@@ -23,8 +23,8 @@ class Ros2Performers(Component):
         self._context = context
         self._performers: list[HubPerformer] = []
         agents = () if context.skill_board is None else context.skill_board.agents
-        names = [agent.name for agent in agents]
-        performers = read_performer_settings(context.config, names, context.paths.confdir)
+        agent_names = [agent.name for agent in agents]
+        performers = read_performer_settings(context.config, agent_names, context.paths.confdir)
         try:
             for key, settings in performers.items():
                 self._add_performer(key, settings)
@@ -39,7 +39,10 @@ class Ros2Performers(Component):
         self._performers.append(performer)
 
     def _find_skill_calls(self) -> LocalSkillCalls | None:
-        """Return the calls to the current skill board, since a reset of the daemon makes a new board."""
+        """Return the calls to the skill board; None without a skill board.
+
+        The result must not be stored, since a reset of the daemon makes a new board.
+        """
         service = self._context.skill_service
         return None if service is None else service.local_calls
 

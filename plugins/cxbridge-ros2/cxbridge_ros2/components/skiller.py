@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
 from cxbridge.rights import EXEC_SKILL as EXEC_SKILL_MESSAGE
@@ -49,7 +51,7 @@ class Ros2Skiller(Component):
         self._server.step()
 
     def _execute(self, served_goal: ServedGoal) -> Execution:
-        statuses: list[str] = []
+        statuses: deque[str] = deque(maxlen=1)  # the newest status that is not sent yet
         try:
             with SkillerCall(
                 self._board,
@@ -66,7 +68,6 @@ class Ros2Skiller(Component):
                         break
                     if served_goal.is_cancel_requested:  # leaving the `with` block stops the skill
                         return {"success": False, "error": "the goal was cancelled"}
-                    # feedback that the newest status makes obsolete is never sent
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
             # without a Skiller, or if another client has control, only this goal fails

@@ -34,7 +34,10 @@ _SUBJECT: Final = "the settings of /tf"
 
 
 class Ros2Transforms(Component):
-    """Writes the frames of ROS 2 to the blackboard for rules and skills, and publishes the other frames."""
+    """Writes the frames of ROS 2 to the blackboard for rules and skills.
+
+    With ``publish: true`` in the configuration, also publishes the other frames of the blackboard.
+    """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Coordinate frames of ROS 2"
@@ -75,11 +78,11 @@ class Ros2Transforms(Component):
             ):
                 continue
             try:
-                self._find_blackboard_publisher(child).send(decode_transform(transform), static=is_static)
+                self._ensure_blackboard_publisher(child).send(decode_transform(transform), static=is_static)
             except CxbridgeError as error:
                 self._refuse_frame(child, error.message)
 
-    def _find_blackboard_publisher(self, child: str) -> TransformPublisher:
+    def _ensure_blackboard_publisher(self, child: str) -> TransformPublisher:
         """Return the publisher of a frame to the blackboard; the first call creates its interface.
 
         :raises InterfaceError: if there are :data:`MAX_FRAMES` frames already.
