@@ -36,7 +36,7 @@ FieldType = tuple[Any, ...]
 
 Fields = list[tuple[str, FieldType]]
 
-# ROS distributions whose types rosbags contains.
+# The supported ROS distributions. rosbags contains their types, and those of older distributions.
 DISTRIBUTIONS: Final = ("humble", "iron", "jazzy", "kilted", "lyrical")
 
 DEFAULT_DISTRIBUTION: Final = "jazzy"
@@ -49,7 +49,7 @@ _SEPARATOR: Final = re.compile(r"^[ \t]*---[ \t]*$", re.MULTILINE)
 # The number of sections by the kind of definition, which is also the name of a folder in a package.
 _SECTION_COUNTS: Final = {"msg": 1, "srv": 2, "action": 3}
 
-# A field with a default value: `float64 w 1.0`.
+# A field with a default value: `float64 w 1.0`. A constant has = after the name.
 _DEFAULT_PATTERN: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
 
 # The default values of well-known types, which rosbags leaves out.
@@ -59,15 +59,15 @@ _WELL_KNOWN_DEFAULTS: Final[dict[str, dict[str, Any]]] = {
 
 
 class Definitions:
-    """The known types.
+    """The definitions of types, which a request for a type loads into a store.
 
     :param folders: packages, or folders with packages.
     :param distribution: the distribution of the well-known types.
     :param environment: the environment variables, of which ``AMENT_PREFIX_PATH`` is read; by default those of
         the process.
-    :param texts: more definitions by type, with less priority than files.
+    :param texts: more definitions by type, with less priority than files and well-known types.
     :ivar store: the type store of rosbags, whose ``fielddefs`` has the constants and the fields of each
-        message.
+        loaded message.
     :ivar has_type_hashes: whether types have hashes and services have events, as since ROS 2 Iron.
     :raises Ros2Error: if a folder or the distribution does not exist.
     """
@@ -107,7 +107,7 @@ class Definitions:
     # --- known types --------------------------------------------------------------------------------------
 
     def find_names(self) -> list[str]:
-        """Return the names of all known types and of all types with a definition."""
+        """Return the sorted names of all messages, services and actions that can be loaded."""
         loaded_names = (str(parse_type(name).definition) for name in self.store.fielddefs)
         return sorted({*loaded_names, *self._definition_files, *self._definition_texts})
 
@@ -123,7 +123,8 @@ class Definitions:
     def check_path(self, name: TypeName, path: str) -> None:
         """Check that a message has the field at a dotted path.
 
-        :raises Ros2Error: if the message lacks a field, its type is unknown, or its file is broken.
+        :raises Ros2Error: if a message on the path lacks a field, a field before the last is not a message, a
+            type is unknown, or its file is broken.
         """
         field, _, inner_path = path.partition(".")
         fields = dict(self.find_fields(name))
@@ -139,13 +140,17 @@ class Definitions:
             self.check_path(parse_type(details), inner_path)
 
     def find_defaults(self, name: TypeName) -> Mapping[str, Any]:
-        """Return the default values other than zero, by field."""
+        """Return the default values in the definition of a loaded message, by field.
+
+        A field without a default value is zero, false or empty.
+        """
         return self._defaults.get(str(name), {})
 
     def compute_type_hash(self, name: TypeName) -> str:
         """Return the hash of a type: ``RIHS01_`` and 64 hexadecimal digits.
 
         :param name: a message, a service, an action, or a message derived from these.
+        :raises Ros2Error: if the type is unknown, or its file is broken.
         """
         self._load(name)
         return str(self.store.hash_rihs01(str(name)))
@@ -242,7 +247,10 @@ class Definitions:
 
 
 def _find_definition_files(folder: Path) -> dict[str, Path]:
-    """Return the definition files of all packages in a folder, by type."""
+    """Return the definition files of all packages in a folder, by type.
+
+    :raises Ros2Error: if the folder does not exist.
+    """
     if not folder.is_dir():
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
     definition_files: dict[str, Path] = {}
@@ -329,7 +337,7 @@ def _make_service_messages(
 def _make_action_messages(
     name: TypeName, sections: list[Fields], *, has_events: bool
 ) -> Iterator[tuple[str, Fields]]:
-    """Yield the messages of an action: goal, result, feedback, and those of its services and topics."""
+    """Yield the messages of an action: goal, result, feedback, and those of its services and its topic."""
     goal, result, feedback = (name.derive(suffix) for suffix in ("Goal", "Result", "Feedback"))
     for section_name, fields in zip((goal, result, feedback), sections, strict=True):
         yield str(section_name), fields

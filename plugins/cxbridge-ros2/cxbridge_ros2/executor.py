@@ -38,7 +38,11 @@ class RosExecutor(SkillExecutor):
         self._node: Node | None = None
 
     def join(self) -> Node:
-        """Join the domain as a node, which :meth:`close` closes."""
+        """Join the domain as a node, which :meth:`close` closes.
+
+        :raises Ros2Error: if the domain cannot be joined.
+        """
+        # all rights, since this node serves no requests of other nodes
         self._node = node = self.node_settings.join(
             f"cxbridge_{self.agent}", self._definitions, self.log.warn, ALL_RIGHTS
         )

@@ -1,4 +1,4 @@
-"""Publishes the coordinate frames of the blackboard on /tf and /tf_static.
+"""Coordinate frames as messages on /tf and /tf_static, and the publisher of the frames of the blackboard.
 
 A frame is a TransformInterface; its ``static_transform`` is true for a frame that does not move.
 """
@@ -55,7 +55,7 @@ def decode_transform(message: Message) -> StampedTransform:
 
 
 class FramePublisher(Closing):
-    """Publishes the existing and future frames of a blackboard."""
+    """Publishes the existing and future frames of a blackboard, except those from ROS."""
 
     def __init__(self, node: Node, board: BlackBoard) -> None:
         self._moving_publisher = node.create_publisher("/tf", TF_MESSAGE_TYPE, PROFILES["tf"])
@@ -74,7 +74,7 @@ class FramePublisher(Closing):
         if (
             uid.startswith(f"{_INTERFACE_TYPE}::{ROS_ID_PREFIX}")
             or change.kind != "data"
-            or not values["child_frame"]
+            or not values["child_frame"]  # the interface has not been written yet
         ):
             return
         message = encode_transform(values, change.time_us)

@@ -114,6 +114,7 @@ class Lifecycle(Closing):
         finalizes the node.
     :param report_error: called with a text about each exception.
     :param state: the initial state.
+    :ivar state: the current state.
     """
 
     def __init__(
@@ -156,7 +157,10 @@ class Lifecycle(Closing):
         )
 
     def request_transition(self, name: str) -> bool:
-        """Carry out a transition like a client's request; return whether it has succeeded."""
+        """Carry out a transition like a client's request; return whether it has succeeded.
+
+        A transition that does not begin in the current state fails without an effect.
+        """
         transitions = {transition.name: transition for transition in self._available_transitions}
         if name not in transitions:
             return False
@@ -169,7 +173,10 @@ class Lifecycle(Closing):
         return outcome is TransitionOutcome.SUCCESS
 
     def report_state(self, state: LifecycleState) -> None:
-        """Report that a primary state was reached without a request to this lifecycle."""
+        """Report that a primary state was reached without a request to this lifecycle.
+
+        Does nothing if the node is in this state, or no transition leads there from the current state.
+        """
         transition = next(
             (transition for transition in self._available_transitions if transition.goal_state is state), None
         )
@@ -242,6 +249,7 @@ def _find_end_states(
 
 
 def _describe_first_changes(transitions: Iterable[_Transition]) -> Iterator[Message]:
+    """Yield the description of each transition's change from its start state to its transition state."""
     for transition in transitions:
         yield _make_description(
             transition.number, transition.name, transition.start_state, transition.transition_state

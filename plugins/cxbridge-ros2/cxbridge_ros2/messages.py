@@ -83,6 +83,11 @@ class Codec:
     # --- to ROS -------------------------------------------------------------------------------------------
 
     def _to_instance(self, name: TypeName, message: object, path: str) -> Any:
+        """Return a checked message as an instance of the class that rosbags has generated for its type.
+
+        :param path: the path of the message in the outer message, for errors.
+        :raises Ros2Error: if the message does not fit the type.
+        """
         if not isinstance(message, Mapping):
             raise Ros2Error(f"{path} must be a mapping of the fields of {name}, not {message!r}")
         fields = dict(self._definitions.find_fields(name))
@@ -107,7 +112,7 @@ class Codec:
             return self._to_instance(parse_type(details), value, path)
         if kind == Nodetype.BASE:
             name, limit = details
-            return _CHECKS_BY_TYPE[name](value, path, name, limit)
+            return _CONVERTERS_BY_TYPE[name](value, path, name, limit)
         element_type, size = details
         return self._to_ros_list(kind, element_type, size, value, path)
 
@@ -126,7 +131,8 @@ class Codec:
         elements = [
             self._to_ros(element_type, value, f"{path}[{index}]") for index, value in enumerate(values)
         ]
-        if base_type in BYTE_TYPES:  # the mask removes the sign that `_check_byte` gives to numbers above 127
+        if base_type in BYTE_TYPES:
+            # the mask removes the sign that `_convert_byte` gives to numbers above 127
             return np.array([number & 0xFF for number in elements], dtype=np.uint8)
         return np.array(elements, dtype=_DTYPES[base_type]) if base_type in _DTYPES else elements
 
@@ -148,10 +154,10 @@ class Codec:
                 return self._to_message(parse_type(message_name), value)
             case (Nodetype.BASE, (base_type, _)):
                 return value & 0xFF if base_type == "byte" else value  # rosbags reads a byte with a sign
-            case (_, ((Nodetype.NAME, message_name), _)):
+            case (_, ((Nodetype.NAME, message_name), _)):  # an array or a sequence of messages
                 element_name = parse_type(message_name)
                 return [self._to_message(element_name, instance) for instance in value]
-            case (_, ((_, (base_type, _)), _)) if base_type in BYTE_TYPES:
+            case (_, ((_, (base_type, _)), _)) if base_type in BYTE_TYPES:  # an array or a sequence of bytes
                 return bytes(value)
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
@@ -188,10 +194,10 @@ def find_value(message: Any, path: str) -> Any:
     return message
 
 
-# --- checks of base types -----------------------------------------------------------------------------------
+# --- conversion of base types -------------------------------------------------------------------------------
 
 
-def _check_integer(value: Any, path: str, name: str, _limit: int) -> int:
+def _convert_integer(value: Any, path: str, name: str, _limit: int) -> int:
     low, high = _INTEGER_RANGES[name]
     # JSON and YAML may write a whole number as 1.0
     is_whole = isinstance(value, int | np.integer) or (isinstance(value, float) and value.is_integer())
@@ -202,12 +208,12 @@ def _check_integer(value: Any, path: str, name: str, _limit: int) -> int:
     return int(value)
 
 
-def _check_byte(value: Any, path: str, name: str, limit: int) -> int:
-    number = _check_integer(value, path, name, limit)
+def _convert_byte(value: Any, path: str, name: str, limit: int) -> int:
+    number = _convert_integer(value, path, name, limit)
     return number - 256 if number > 127 else number  # noqa: PLR2004 - rosbags writes a byte with a sign
 
 
-def _check_float(value: Any, path: str, name: str, _limit: int) -> float:
+def _convert_float(value: Any, path: str, name: str, _limit: int) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         raise Ros2Error(f"{path} must be a number ({name}), not {value!r}")
     number = float(value)
@@ -216,13 +222,13 @@ def _check_float(value: Any, path: str, name: str, _limit: int) -> float:
     return number
 
 
-def _check_boolean(value: Any, path: str, _name: str, _limit: int) -> bool:
+def _convert_boolean(value: Any, path: str, _name: str, _limit: int) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise Ros2Error(f"{path} must be true or false, not {value!r}")
     return bool(value)
 
 
-def _check_string(value: Any, path: str, _name: str, limit: int) -> str:
+def _convert_string(value: Any, path: str, _name: str, limit: int) -> str:
     if not isinstance(value, str):
         raise Ros2Error(f"{path} must be a string, not {value!r}")
     if "\0" in value:  # C++ nodes would read the text up to the NUL
@@ -236,15 +242,15 @@ def _check_string(value: Any, path: str, _name: str, limit: int) -> str:
     return value
 
 
-# Functions by base type. A function returns a value after the check that it fits. Its arguments are the
-# value, the path of the field for errors, the base type, and the maximum number of bytes of a string, or 0
-# for no limit.
-_CHECKS_BY_TYPE: Final[dict[str, Callable[[Any, str, str, int], Any]]] = {
-    **dict.fromkeys(_INTEGER_RANGES, _check_integer),
-    "byte": _check_byte,
-    "bool": _check_boolean,
-    "string": _check_string,
-    "float32": _check_float,
-    "float64": _check_float,
+# Functions by base type. A function returns a value as rosbags writes it, or raises `Ros2Error` if the value
+# does not fit. The arguments are the value, the path of the field for errors, the base type, and the maximum
+# number of bytes of a string, or 0 for no limit.
+_CONVERTERS_BY_TYPE: Final[dict[str, Callable[[Any, str, str, int], Any]]] = {
+    **dict.fromkeys(_INTEGER_RANGES, _convert_integer),
+    "byte": _convert_byte,
+    "bool": _convert_boolean,
+    "string": _convert_string,
+    "float32": _convert_float,
+    "float64": _convert_float,
 }
 _ZEROS_BY_TYPE: Final[dict[str, Any]] = {"bool": False, "string": "", "float32": 0.0, "float64": 0.0}

@@ -9,10 +9,10 @@ from msgspec import Struct
 
 from cxbridge.errors import Ros2Error
 
-_TOPIC: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
-_TYPE: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
+_TOPIC_PATTERN: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+_TYPE_PATTERN: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
 # The suffix of a type that ROS derives from a service or an action.
-_DERIVED_SUFFIX: Final = re.compile(
+_DERIVED_SUFFIX_PATTERN: Final = re.compile(
     r"(_(SendGoal|GetResult))?_(Request|Response|Event)$"
     r"|_(SendGoal|GetResult|FeedbackMessage|Goal|Result|Feedback)$"
 )
@@ -40,7 +40,7 @@ class TypeName(Struct, frozen=True, order=True):
         """The message, service or action whose definition contains this type."""
         if self.kind == "msg":  # the name of a message may end like that of a derived type
             return self
-        return TypeName(self.package, self.kind, _DERIVED_SUFFIX.sub("", self.name))
+        return TypeName(self.package, self.kind, _DERIVED_SUFFIX_PATTERN.sub("", self.name))
 
     @property
     def dds_name(self) -> str:
@@ -54,7 +54,7 @@ def parse_type(text: str, kind: str = "msg") -> TypeName:
     :param kind: the kind of a name without a middle part: ``std_msgs/String``.
     :raises Ros2Error: if the text is not a type name.
     """
-    match = _TYPE.fullmatch(text)
+    match = _TYPE_PATTERN.fullmatch(text)
     if match is None:
         raise Ros2Error(
             f"'{text}' is not the name of a ROS 2 type",
@@ -69,7 +69,7 @@ def check_ros_name(name: str) -> str:
     :raises Ros2Error: if the name is relative, or invalid in ROS.
     """
     # ROS 2 reserves two underscores in a row for the conversion of names, such as / to __
-    if _TOPIC.fullmatch(name) is None or "__" in name:
+    if _TOPIC_PATTERN.fullmatch(name) is None or "__" in name:
         raise Ros2Error(
             f"'{name}' is not an absolute name of a topic, a service or an action",
             hint="a name begins with / and has letters, digits and single _",

@@ -54,12 +54,14 @@ def encode_value(value: ParameterValue) -> Message:
 class Parameters(Closing):
     """The parameters of a node, with their services.
 
-    :param name: the node's name without the slash.
+    :param node_name: the node's name without the slash.
     :param values: the values by the names of the parameters.
     :raises Ros2Error: if a number does not fit into 64 bits.
     """
 
-    def __init__(self, node: Node, name: str, values: Mapping[str, ParameterValue], clock: Clock) -> None:
+    def __init__(
+        self, node: Node, node_name: str, values: Mapping[str, ParameterValue], clock: Clock
+    ) -> None:
         self._values = {key: encode_value(value) for key, value in values.items()}
         handlers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
             "get_parameters": lambda request: self._describe_each(
@@ -79,10 +81,11 @@ class Parameters(Closing):
         }
         self._close_functions = [
             node.serve(
-                f"/{name}/{service}",
+                f"/{node_name}/{service}",
                 f"{_PACKAGE}/srv/{_to_camel_case(service)}",
                 handler,
                 right=right_of_frame("ros2-parameters", service),
+                # services that only read are never refused
                 make_refusal=_refuse_each if service == "set_parameters" else _refuse_all,
             )
             for service, handler in handlers.items()
@@ -94,7 +97,7 @@ class Parameters(Closing):
         event_publisher.publish(
             {
                 "stamp": us_to_stamp(clock.now_us()),
-                "node": f"/{name}",
+                "node": f"/{node_name}",
                 "new_parameters": [{"name": key, "value": value} for key, value in self._values.items()],
             }
         )

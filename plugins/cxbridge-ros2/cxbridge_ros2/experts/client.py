@@ -11,7 +11,8 @@ from cxbridge_ros2.experts.definitions import SERVICE_TYPES
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 
-DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # time limit for a server to appear, and to respond
+# Time limit in seconds for a server to appear, and to respond; chosen freely.
+DEFAULT_SERVER_TIMEOUT_S: Final = 5.0
 
 _POLL_TIMEOUT_S: Final = 0.05  # time limit of one poll, short so that Ctrl-C takes effect at once
 
@@ -50,7 +51,8 @@ class ExpertClient:
 
         :param service: the name of the service, such as ``/problem_expert/get_problem``.
         :param server_timeout_s: the limit in seconds for the response; 0 for the default.
-        :raises Ros2Error: if there is no server, or the server does not answer.
+        :raises Ros2Error: if there is no server, the server does not answer, or the request does not have the
+            service's type.
         """
         name = self.namespace + service
         if name not in self._clients:  # kept for later calls, since the discovery of a server takes a while
@@ -75,7 +77,7 @@ class ExpertClient:
         """Return the response of a service that reports success. The parameters are those of :meth:`call`.
 
         :raises ExpertRefusedError: if the service reports a failure.
-        :raises Ros2Error: if no server responds.
+        :raises Ros2Error: as in :meth:`call`.
         """
         response = self.call(service, request, server_timeout_s)
         if not response.get("success", True):
@@ -83,7 +85,7 @@ class ExpertClient:
         return response
 
     def wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Handle messages until a condition is true or the time is over; return the condition's value."""
+        """Handle messages until a condition is true or the time is over; return whether it became true."""
         end_us = self.clock.now_us() + round(timeout_s * MICROSECONDS)
         while not condition():
             if self.clock.now_us() > end_us:

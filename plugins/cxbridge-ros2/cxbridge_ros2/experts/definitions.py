@@ -1,7 +1,7 @@
 """PlanSys2's services and topics: their names, their types, and the definitions of the types.
 
 The definitions are for machines without PlanSys2's package. They are the same since Humble, except the types
-about derived predicates, which Jazzy added.
+about derived predicates and the validation of domains, which Jazzy added.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from typing import Final
 
 PACKAGE: Final = "plansys2_msgs"
 
-# Fields of requests and responses, separated by commas.
+# Here and below, the fields of a message, a request or a response are separated by commas.
 _EMPTY_REQUEST: Final = "std_msgs/Empty request"
 _DONE_RESPONSE: Final = "bool success, string error_info"
 
+# The fields of each message, by the last part of its type.
 _MESSAGES: Final = {
     "Param": "string name, string type, string[] sub_types",
     "Node": "uint8 node_type, uint8 expression_type, uint8 modifier_type, uint32 node_id, uint32[] children,"
@@ -29,6 +30,7 @@ _MESSAGES: Final = {
     "Plan": "PlanItem[] items",
 }
 
+# The fields of request and response of each service, by the last part of its type.
 _SERVICES: Final = {
     "AddProblem": ("string problem", _DONE_RESPONSE),
     "AddProblemGoal": ("Tree tree", _DONE_RESPONSE),
@@ -122,7 +124,7 @@ SERVICES_BY_NODE: Final[Mapping[str, Mapping[str, str]]] = {
     "planner": {"/planner/get_plan": "GetPlan", "/planner/validate_domain": "ValidateDomain"},
 }
 
-# Distributions whose PlanSys2 has no derived predicates, and other numbers for the operators in trees.
+# Distributions whose PlanSys2 lacks derived predicates and numbers the operators in trees differently.
 BEFORE_JAZZY: Final = ("humble", "iron")
 
 # Services added by Jazzy; older packages lack some of their types.
@@ -149,10 +151,10 @@ def find_service_types(node: str, distribution: str) -> Mapping[str, str]:
     return {name: SERVICE_TYPES[name] for name in SERVICES_BY_NODE[node] if name not in missing_services}
 
 
-# The topic for notifications about changes, and its type.
-UPDATE_TOPIC: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
+# The topic for notifications about changes, whose messages have no fields.
+UPDATE_TOPIC_AND_TYPE: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
 
-# The topic with the whole knowledge, and its type.
-KNOWLEDGE_TOPIC: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
+# The topic with the whole knowledge.
+KNOWLEDGE_TOPIC_AND_TYPE: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
 
 TOPIC_DEPTH: Final = 100  # queue depth of both topics

@@ -42,10 +42,8 @@ def _get_types(expert: ProblemExpert, _codec: TreeCodec, _request: Message) -> M
 
 
 def _get_constants(expert: ProblemExpert, _codec: TreeCodec, request: Message) -> Mapping[str, Any]:
-    domain, type_name = expert.domain, request["type"]
-    _find_name(
-        type_name, (ROOT_TYPE, *names_of(domain.types)), "type"
-    )  # raises the error about an unknown type
+    domain = expert.domain
+    type_name = _find_name(request["type"], (ROOT_TYPE, *names_of(domain.types)), "type")
     return {
         "constants": [name for name, type_ in pairs_of(domain.constants) if (type_ or ROOT_TYPE) == type_name]
     }
@@ -156,9 +154,12 @@ def _make_parameters(
 
 
 def _find_name(name: str, names: Collection[str], noun: str) -> str:
-    """Return the equal name, or else a name that differs only in case, which PDDL ignores.
+    """Return a name unchanged if it is among the names, otherwise the first name that differs only in case.
+
+    PDDL ignores the case of names.
 
     :param noun: the kind of names, for the error.
+    :raises Ros2Error: if there is no such name.
     """
     equal_names = [known_name for known_name in names if known_name.lower() == name.lower()]
     if not equal_names:

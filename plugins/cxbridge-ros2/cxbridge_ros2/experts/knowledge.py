@@ -38,13 +38,15 @@ from cxbridge.executive.pddl.semantics import DomainChecker
 from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.problem.truth import KnownState
 
+# Wider than the names of PDDL, but without the spaces, brackets and quotes that would break the text of a
+# problem.
 _NAME_PATTERN: Final = re.compile(r"\w[\w.:+-]*")
 _ANY_NUMBER: Final = Constant("0")  # only the names in a formula are checked
 _WORD_PATTERN: Final = re.compile(r"[^\s()]+")
 
 
 def split_words(text: str) -> list[str]:
-    """Return the names and numbers in a PDDL text."""
+    """Return the words between the brackets of a PDDL text: names, variables, numbers and operators."""
     return _WORD_PATTERN.findall(text)
 
 
@@ -165,7 +167,7 @@ class ProblemExpert:
 
     @property
     def instances(self) -> Mapping[str, str]:
-        """The types of instances and of the domain's constants."""
+        """The types of instances and of the domain's constants, by name."""
         domain = self._find_domain()
         constants = () if domain is None else pairs_of(domain.constants)
         return {**{name: type_name or ROOT_TYPE for name, type_name in constants}, **self.knowledge.instances}
@@ -195,7 +197,7 @@ class ProblemExpert:
     def remove_instance(self, name: str) -> None:
         """Remove an instance, and all predicates, functions and parts of the goal that name the instance.
 
-        :raises PddlError: if there is no such instance.
+        :raises PddlError: if there is no such instance, or rules have set an invalid goal.
         """
         if name not in self.knowledge.instances:
             qualifier = "a constant of the domain, " if name in self.instances else ""
@@ -239,7 +241,7 @@ class ProblemExpert:
     def update_function(self, ground: Ground, value: float) -> None:
         """Change the value of a function.
 
-        :raises PddlError: if the function has no value yet.
+        :raises PddlError: if the function has no value yet, or a name is unknown.
         """
         if ground not in self.knowledge.functions:
             raise PddlError(f"{format_ground(ground)} has no value")
@@ -255,7 +257,7 @@ class ProblemExpert:
             self.knowledge.drop_function(ground)
 
     def check_names(self, formula: Formula) -> None:
-        """Check a formula's names against domain and instances.
+        """Check a formula's names against domain and instances; without a domain, accept all names.
 
         :raises PddlError: for the first mistake.
         """
@@ -274,7 +276,7 @@ class ProblemExpert:
 
     @property
     def goal(self) -> Formula | None:
-        """The goal, or None.
+        """The goal; None without a goal.
 
         :raises PddlError: if rules have set an invalid goal.
         """
@@ -309,7 +311,7 @@ class ProblemExpert:
     def make_problem(self) -> Problem:
         """Return the knowledge as a problem.
 
-        :raises PddlError: if rules have made the knowledge invalid.
+        :raises PddlError: if there is no domain, or rules have made the knowledge invalid.
         """
         domain, knowledge = self.domain, self.knowledge
         declared_predicates = {predicate.name for predicate in domain.predicates}
@@ -326,8 +328,8 @@ class ProblemExpert:
     def add_problem(self, text: str) -> None:
         """Add the contents of a problem; its goal replaces the current goal.
 
-        :raises PddlError: if the problem does not fit the domain, or an instance exists with another type;
-            nothing is added then.
+        :raises PddlError: if there is no domain, the problem does not fit the domain, or an instance exists
+            with another type; nothing is added then.
         """
         problem = parse_problem(text, self.domain, warn=_raise_mistake)
         objects = {name: type_name or ROOT_TYPE for name, type_name in pairs_of(problem.objects)}

@@ -1,4 +1,4 @@
-"""The services of PlanSys2's planner. A request has the texts of a domain and a problem."""
+"""The services of PlanSys2's planner, whose requests have the texts of PDDL domains and problems."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import SendResponse
 
 _NOT_FOUND: Final = "Plan not found"
-_STEP_S: Final = 0.001  # seconds between the actions of a plan without times, as POPF writes them
+# In a plan without times, the seconds between the starts of actions, and the duration of an action, as POPF
+# writes them.
+_STEP_S: Final = 0.001
 
 
 class PlanServer(Closing):
@@ -28,14 +30,16 @@ class PlanServer(Closing):
 
     def __init__(self, make_planner: Callable[[], Any]) -> None:
         self._make_planner = make_planner
-        self._calls: list[tuple[Any, SendResponse]] = []
+        self._calls_with_replies: list[tuple[Any, SendResponse]] = []
 
     def start_planning(self, request: Message, reply: SendResponse) -> None:
-        """Start planning; :meth:`send_plans` sends the plan."""
+        """Start planning; :meth:`send_plans` sends the plan. An invalid request gets its response at once."""
         try:
             domain = parse_domain(request["domain"])
             problem = parse_problem(request["problem"], domain)
-            self._calls.append((self._service.call(self._planner.make_request(domain, problem)), reply))
+            self._calls_with_replies.append(
+                (self._service.call(self._planner.make_request(domain, problem)), reply)
+            )
         except CxbridgeError as error:
             reply({"success": False, "error_info": f"{_NOT_FOUND}: {error}"})
 
@@ -45,7 +49,7 @@ class PlanServer(Closing):
 
     @cached_property
     def _service(self) -> Any:
-        return self._planner.make_service("")
+        return self._planner.make_service("")  # of no environment: the request has domain and problem
 
     def validate_domain(self, request: Message, reply: SendResponse) -> None:
         """Respond whether a text is a valid domain."""
@@ -58,11 +62,11 @@ class PlanServer(Closing):
 
     def send_plans(self) -> None:
         """Send the responses to requests whose plans are made."""
-        for call, reply in list(self._calls):
+        for call, reply in list(self._calls_with_replies):
             result = call.result
             if result is None:  # the planner has not ended
                 continue
-            self._calls.remove((call, reply))
+            self._calls_with_replies.remove((call, reply))
             if result.status.value == "PLANNED":
                 reply({"success": True, "plan": {"items": _make_items(result.actions)}})
             else:

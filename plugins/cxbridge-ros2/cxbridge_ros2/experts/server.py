@@ -11,10 +11,10 @@ from cxbridge.closing import Closing
 from cxbridge.events import Logger
 from cxbridge.rights import right_of_frame
 from cxbridge_ros2.experts.definitions import (
-    KNOWLEDGE_TOPIC,
+    KNOWLEDGE_TOPIC_AND_TYPE,
     SERVICES_BY_NODE,
     TOPIC_DEPTH,
-    UPDATE_TOPIC,
+    UPDATE_TOPIC_AND_TYPE,
     find_service_types,
 )
 from cxbridge_ros2.experts.domain_services import DOMAIN_SERVICES
@@ -62,6 +62,7 @@ def read_expert_settings(config: Configuration, folder: Path) -> tuple[NodeSetti
 
 
 def _make_refusal(_request: Message, reason: str) -> Mapping[str, Any]:
+    # services that only read are never refused; the responses of the other services have these fields
     return {"success": False, "error_info": reason}
 
 
@@ -75,7 +76,8 @@ class ExpertServer(Closing):
     :param namespace: the prefix of all names.
     :param node: a node with the rights of its clients, which the caller closes.
     :param feature: the feature that has the environment.
-    :param log: logs each change by a client.
+    :param planner: the planner for clients, which :meth:`close` closes.
+    :param log: logs each request to change the problem, with its result.
     """
 
     def __init__(
@@ -114,8 +116,8 @@ class ExpertServer(Closing):
             self._update_publisher, self._knowledge_publisher = (
                 node.create_publisher(namespace + topic, message_type, qos)
                 for (topic, message_type), qos in (
-                    (UPDATE_TOPIC, QosProfile(depth=TOPIC_DEPTH)),
-                    (KNOWLEDGE_TOPIC, QosProfile(durability="transient_local", depth=TOPIC_DEPTH)),
+                    (UPDATE_TOPIC_AND_TYPE, QosProfile(depth=TOPIC_DEPTH)),
+                    (KNOWLEDGE_TOPIC_AND_TYPE, QosProfile(durability="transient_local", depth=TOPIC_DEPTH)),
                 )
             )
 
@@ -123,7 +125,8 @@ class ExpertServer(Closing):
         self, name: str, service: ExpertService, request: Message, reply: SendResponse
     ) -> None:
         env = self._feature.env
-        if env is None:  # PlanSys2's nodes respond like this before they are active
+        if env is None:
+            # PlanSys2's nodes respond like this before they are active; ExistNode has no other field
             reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE_ERROR})
             return
         with env.lock:

@@ -35,7 +35,7 @@ from cxbridge_ros2.experts.trees import (
 )
 from cxbridge_ros2.messages import Message
 
-PLANNING_TIMEOUT_S: Final = 120.0  # limit of planning in seconds
+PLANNING_TIMEOUT_S: Final = 120.0  # limit of planning in seconds, chosen freely
 
 # Titles of the formulas in a plansys2_msgs/msg/DurativeAction, by field.
 _TIMED_FIELD_TITLES: Final = {
@@ -94,7 +94,12 @@ class Terminal:
         }
 
     def run_line(self, line: str) -> OutputLines:
-        """Carry out a command and yield its output."""
+        """Carry out a command and yield its output; nothing for an empty line.
+
+        :raises Ros2Error: if the command is unknown, an argument is invalid, or the experts refuse or do not
+            answer.
+        :raises PddlError: if an argument is not a formula.
+        """
         words = line.split()
         if not words:
             return
@@ -116,8 +121,8 @@ class Terminal:
             ),
         )
 
-    def _request_domain(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
-        return self._client.request(f"/domain_expert/get_domain{service}", request)
+    def _request_domain(self, suffix: str, request: Mapping[str, Any] | None = None) -> Message:
+        return self._client.request(f"/domain_expert/get_domain{suffix}", request)
 
     def _request_problem(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
         return self._client.request(f"/problem_expert/{service}", request)
@@ -255,6 +260,7 @@ def _parse_assignment(formula: Formula, text: str) -> tuple[Ground, float]:
     """Return the function and its value in a formula such as ``(= (distance a b) 3)``.
 
     :param text: the text of the formula, for the error.
+    :raises Ros2Error: if the formula has another form.
     """
     match formula:
         case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=number)) if (

@@ -1,8 +1,8 @@
 """Conversion between formulas and the trees in PlanSys2's messages.
 
 A tree is a list of nodes. A node has the indices of its children, and the first node is the root. The numbers
-of operators follow those of the kinds of nodes; since Jazzy has added kinds, the operators of other
-distributions have other numbers.
+of operators follow those of the kinds of nodes. Since Jazzy has added kinds, the operators have other numbers
+in older distributions.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
 # Limit of the depth of a tree, far below Python's recursion limit, since clients may send any tree.
 _MAX_DEPTH: Final = 200
 
-# Returns the types of the parameters of a predicate or a function, by its name.
+# Returns the types of the parameters of a predicate or a function by its name; empty if the name is unknown.
 FindParameterTypes = Callable[[str], tuple[str, ...]]
 
 
@@ -85,7 +85,8 @@ class TreeCodec:
     ) -> Message:
         """Return a formula as a tree; None gives an empty tree.
 
-        :param names: names that replace variables.
+        :param names: names that replace variables, by variable.
+        :param find_types: finds the types for nodes of predicates and functions; by default, they have none.
         :raises Ros2Error: if PlanSys2's messages cannot express the formula.
         """
         nodes: list[Message] = []
@@ -124,7 +125,10 @@ class _TreeReader:
         self._visited: set[int] = set()
 
     def decode_tree(self, index: int = 0, depth: int = 0) -> Formula:
-        """Return the formula of a node and its children."""
+        """Return the formula of a node and its children.
+
+        :raises Ros2Error: if these nodes are not a formula.
+        """
         node, kind = self._visit_node(index, depth)
         match kind:
             case TreeNodeKind.PREDICATE:
@@ -132,7 +136,7 @@ class _TreeReader:
             case TreeNodeKind.EXPRESSION:
                 operator, left, right = self._decode_operation(node["expression_type"], node, depth)
                 if operator not in _COMPARISONS:
-                    raise Ros2Error(f"'{operator}' is a number, not a condition")
+                    raise Ros2Error(f"'{operator}' is not a comparison")
                 return TermComparison(operator, left, right)
             case TreeNodeKind.CHANGE if self._allows_changes:
                 return NumericChange(*self._decode_operation(node["modifier_type"], node, depth))
@@ -220,7 +224,10 @@ class _TreeWriter:
         self._operator_numbers, self._is_before_jazzy = operator_numbers, is_before_jazzy
 
     def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
-        """Add the nodes of a formula, and return the index of its root."""
+        """Add the nodes of a formula, and return the index of its root.
+
+        :raises Ros2Error: if PlanSys2's messages cannot express the formula.
+        """
         match formula.reduced:  # PlanSys2 has no kind of node for an implication
             case Atom(predicate=name, arguments=terms):
                 return self._add_ground(TreeNodeKind.PREDICATE, name, terms)

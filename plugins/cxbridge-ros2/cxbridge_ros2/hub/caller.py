@@ -1,9 +1,9 @@
 """The calling side of a hub: an executor of the skill board whose skills performers execute.
 
 The caller behaves like the callers of PlanSys2 and of ros2-clips-executive, except where these hang. The
-caller repeats a REQUEST until a performer responds, confirms one performer, and rejects each other
-performer, even after the end. A performer whose RESPONSE was lost would wait forever, so the caller rejects
-the performer. A performer that vanishes or restarts is a failure of the skill.
+caller repeats a REQUEST until a performer responds, confirms this performer, and rejects every later
+RESPONSE, even after the end of the action. A performer whose RESPONSE was lost would wait forever, so the
+caller rejects the performer. A performer that vanishes or restarts is a failure of the skill.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ from cxbridge_ros2.skills import fill_template
 
 REQUEST_PERIOD_S: Final = 1.0  # time until a REQUEST without a RESPONSE is repeated, as in PlanSys2
 
-MAX_SILENCE_S: Final = 5.0  # time without a heartbeat after which a performer counts as gone
+# Time without a heartbeat after which a performer counts as gone: five periods of PlanSys2's heartbeats.
+MAX_SILENCE_S: Final = 5.0
 
 _SKILL_KEYS: Final = ("action", "arguments", "timeout", "patience")
 # REQUESTs without a RESPONSE after which the caller rejects a performer that reports READY.
@@ -42,7 +43,8 @@ _MAX_UNANSWERED_REQUESTS: Final = 2
 # Heartbeats that do not report RUNNING after which a confirmed performer counts as restarted. Two, since the
 # first may have been sent before the CONFIRM arrived.
 _MAX_IDLE_HEARTBEATS: Final = 2
-_MAX_REQUESTS: Final = 100  # limit of the stored REQUESTs whose late RESPONSEs are rejected
+# Limit of the stored REQUESTs whose late RESPONSEs are rejected, chosen freely.
+_MAX_REQUESTS: Final = 100
 
 
 class HubSkillSettings(Struct, frozen=True):
@@ -61,7 +63,10 @@ class HubSkillSettings(Struct, frozen=True):
 
     @classmethod
     def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkillSettings:
-        """Parse the settings of a skill."""
+        """Parse the settings of a skill.
+
+        :raises ConfigError: if a setting is unknown or invalid.
+        """
         check_keys(settings, _SKILL_KEYS, f"the skill {name}")
         arguments = settings.get("arguments")
         return cls(
@@ -79,26 +84,26 @@ class HubSkillSettings(Struct, frozen=True):
         :raises SkillError: if an argument is a list or a mapping.
         """
         if self.arguments is None:
-            values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
+            argument_values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
         else:
-            values = [fill_template(argument, call, {}) for argument in self.arguments]
-        for value in values:
+            argument_values = [fill_template(argument, call, {}) for argument in self.arguments]
+        for value in argument_values:
             if isinstance(value, list | Mapping):
                 raise SkillError(f"{call.skill}: {value!r} cannot be an argument of an action")
-        return tuple(map(str, values))
+        return tuple(map(str, argument_values))
 
 
 class _OpenRequest(Struct):
     """A REQUEST until the end of its action.
 
-    :ivar performer: the node name of the confirmed performer; empty before the confirmation.
+    :ivar performer_node: the node name of the confirmed performer; empty before the confirmation.
     :ivar feedback: the last FEEDBACK, or None.
     :ivar finish: the FINISH, or None.
-    :ivar idle_heartbeat_count: the number of consecutive heartbeats that do not report RUNNING.
+    :ivar idle_heartbeat_count: the number of heartbeats without RUNNING since the last RUNNING or FEEDBACK.
     """
 
     request: HubMessage
-    performer: str = ""
+    performer_node: str = ""
     feedback: HubMessage | None = None
     finish: HubMessage | None = None
     idle_heartbeat_count: int = 0
@@ -107,8 +112,9 @@ class _OpenRequest(Struct):
 class _PerformerRecord(Struct):
     """The known state of a performer.
 
+    :ivar heartbeat: the last heartbeat; before the first, an assumed heartbeat with NOT_READY.
     :ivar heartbeat_us: the time of the last heartbeat; 0 before the first heartbeat.
-    :ivar response_us: the time of the last RESPONSE, to any caller.
+    :ivar response_us: the time of the last RESPONSE, to any caller; 0 before the first.
     """
 
     heartbeat: Heartbeat
@@ -155,6 +161,7 @@ class HubSkills(RosExecutor):
         skill = self._skills[call.skill]
         key = ActionKey(skill.action, skill.make_arguments(call))
         skill_string = str(call.get(MAPPED_ACTION, ""))
+        # performers label their calls with the node of the caller, which a passed-on REQUEST keeps
         request = HubMessage(MessageKind.REQUEST, call.label or self._name, key, skill_string)
         steps = self._execute_request(skill, _OpenRequest(request))
         return (yield from self.limit_time(skill.timeout_s, f"{key} on {self.topic}", steps))
@@ -170,21 +177,24 @@ class HubSkills(RosExecutor):
             finish = yield from self._yield_progress(open_request)
         finally:
             self._open_request = None
-            if open_request.performer and open_request.finish is None:
-                self._send_message(MessageKind.CANCEL, open_request.performer, open_request.request.key)
+            if open_request.performer_node and open_request.finish is None:
+                self._send_message(MessageKind.CANCEL, open_request.performer_node, open_request.request.key)
         if not finish.success:
-            reason = finish.status or f"{open_request.performer} has failed"
+            reason = finish.status or f"{open_request.performer_node} has failed"
             raise SkillFailedError(reason, progress=finish.progress)
         return Progress(1.0, finish.status)
 
     def _await_performer(
         self, skill: HubSkillSettings, open_request: _OpenRequest
     ) -> Generator[None, None, None]:
-        """Repeat the REQUEST until a performer is confirmed."""
+        """Repeat the REQUEST until a performer is confirmed.
+
+        :raises SkillFailedError: if no performer responds in time.
+        """
         key, start_us, request_count = open_request.request.key, self.clock.now_us(), 0
         while True:
             self.poll()
-            if open_request.performer:
+            if open_request.performer_node:
                 return
             waited_us = self.clock.now_us() - start_us
             if waited_us > skill.server_timeout_s * MICROSECONDS:
@@ -228,17 +238,18 @@ class HubSkills(RosExecutor):
             last_feedback = feedback
 
     def _check_performer(self, open_request: _OpenRequest, start_us: int) -> None:
-        """Raise an error if the performer has vanished or has stopped the action."""
-        performer = self._performers.get(open_request.performer)
+        """Raise a `SkillFailedError` if the performer has vanished or has stopped the action."""
+        performer = self._performers.get(open_request.performer_node)
         if performer is None or not performer.heartbeat_us:
             return  # a performer without heartbeats cannot be checked; the skill has a time limit
         if open_request.idle_heartbeat_count >= _MAX_IDLE_HEARTBEATS:
             raise SkillFailedError(
-                f"{open_request.performer} no longer performs the action, since it was restarted or stopped"
+                f"{open_request.performer_node} no longer performs the action,"
+                " since it was restarted or stopped"
             )
         silent_us = self.clock.now_us() - max(performer.heartbeat_us, start_us)
         if silent_us > MAX_SILENCE_S * MICROSECONDS:
-            raise SkillFailedError(f"the performer {open_request.performer} has vanished")
+            raise SkillFailedError(f"the performer {open_request.performer_node} has vanished")
 
     # --- messages -----------------------------------------------------------------------------------------
 
@@ -256,7 +267,7 @@ class HubSkills(RosExecutor):
         open_request = self._open_request
         if (
             open_request is None
-            or (message.node, message.key) != (open_request.performer, open_request.request.key)
+            or (message.node, message.key) != (open_request.performer_node, open_request.request.key)
             or open_request.finish
         ):
             return
@@ -276,9 +287,9 @@ class HubSkills(RosExecutor):
         if (
             open_request is not None
             and open_request.request.key == message.key
-            and not open_request.performer
+            and not open_request.performer_node
         ):
-            open_request.performer = message.node
+            open_request.performer_node = message.node
             self._send_message(
                 MessageKind.CONFIRM, message.node, message.key, open_request.request.skill_string
             )
@@ -295,7 +306,7 @@ class HubSkills(RosExecutor):
         performer = self._performers.setdefault(heartbeat.node, _PerformerRecord(heartbeat))
         performer.heartbeat, performer.heartbeat_us = heartbeat, self.clock.now_us()
         open_request = self._open_request
-        if open_request is not None and open_request.performer == heartbeat.node:
+        if open_request is not None and open_request.performer_node == heartbeat.node:
             is_running = heartbeat.state == PerformerState.RUNNING
             open_request.idle_heartbeat_count = 0 if is_running else open_request.idle_heartbeat_count + 1
 

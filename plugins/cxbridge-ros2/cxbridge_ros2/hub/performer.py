@@ -36,13 +36,14 @@ from cxbridge_ros2.hub.protocol import (
 )
 from cxbridge_ros2.settings import NodeSettings, check_keys, to_list
 
-# Seconds from a RESPONSE to its CONFIRM or REJECT, after which the reserved executor is free again.
+# Seconds after a RESPONSE without CONFIRM or REJECT, after which the reserved executor is free again; chosen
+# freely.
 MAX_RESERVATION_S: Final = 2.0
 
 # Seconds until a RESPONSE is repeated: this node may not have discovered the subscription of a new caller.
 RESPONSE_PERIOD_S: Final = 0.5
 
-HEARTBEAT_PERIOD_S: Final = 1.0
+HEARTBEAT_PERIOD_S: Final = 1.0  # as in PlanSys2 and in ros2-clips-executive
 
 _ACTION_KEYS: Final = ("parameters", "call")
 
@@ -61,7 +62,10 @@ class PerformedActionSettings(Struct, frozen=True):
 
     @classmethod
     def parse(cls, action: str, settings: Any) -> PerformedActionSettings:
-        """Parse the settings of an action."""
+        """Parse the settings of an action.
+
+        :raises ConfigError: if a setting is unknown, or the template of the call is invalid.
+        """
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
         names, call_template = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
         # a warning of an action mapping is an error here, since the skill would get the text of a placeholder
@@ -94,7 +98,7 @@ class PerformedActionSettings(Struct, frozen=True):
 
     @property
     def skill(self) -> str:
-        """The name of the configured skill: the part of the template before its arguments."""
+        """The name of the skill: the part of the template before its arguments, or the name of the action."""
         return re.split(r"[{(]", self.call_template)[0].strip() or self.action
 
 
@@ -115,6 +119,7 @@ class PerformerSettings(Struct, frozen=True):
 class _Job(Struct, eq=False):
     """An action from the RESPONSE to the end of its execution.
 
+    :ivar request: the REQUEST; the CONFIRM if that arrives after the reservation.
     :ivar node: the node name of the performer.
     :ivar call: the skill call, or the reason why the action cannot be performed.
     :ivar deadline_us: the time until which a CONFIRM must arrive.
@@ -251,7 +256,7 @@ class HubPerformer(Closing):
 
     def _make_job(self, request: HubMessage) -> _Job:
         action = self._actions[request.key.action]
-        node = next(node for node, name in self._actions_by_node.items() if name == action.action)
+        node = next(node for node, name in self._actions_by_node.items() if name == request.key.action)
         call: SkillCall | str
         try:
             call = action.make_call(request, self._protocol.intended_arguments(request.key), self._agent)

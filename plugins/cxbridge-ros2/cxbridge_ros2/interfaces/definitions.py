@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.interfaces.fieldtypes import storage_type
 from cxbridge.interfaces.schema import ConstantSchema, EnumSchema, FieldSchema, InterfaceSchema
 
-PACKAGE: Final = "cxbridge_msgs"  # ROS package of the generated definitions
+PACKAGE: Final = "cxbridge_msgs"  # the ROS package of the generated definitions
 
 # The field with the time stamp of an interface. A field of an interface with this name gets another name.
 TIME_FIELD: Final = "timestamp"
@@ -55,6 +55,7 @@ def make_ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
 
 def _format_definition(schema: InterfaceSchema) -> str:
     fields, ros_names = schema.fields, make_ros_field_names(schema.fields)
+    # only the enums of fields: ROS does not get the values of the other enums, such as those of messages
     enum_names = {field.enum.name for field in fields if field.enum is not None}
     enums = [enum for enum in schema.enums if enum.name in enum_names]
     lines = [f"builtin_interfaces/Time {TIME_FIELD}", *_format_constants(enums, schema.constants)]
@@ -78,8 +79,12 @@ def _format_constants(enums: Sequence[EnumSchema], constants: Sequence[ConstantS
 
 
 def _find_ros_type(type_name: str) -> str:
-    """Return the ROS type of a type of fields. ROS has no enums: a field is a number, items are constants."""
+    """Return the ROS type for a field type.
+
+    ROS has no enums: a field with an enum becomes a number, and the items of the enum become constants.
+    """
     storage = storage_type(type_name)
+    # as in the module struct, the codes of unsigned types are in upper case
     number = "float" if storage.python_type is float else "uint" if storage.code.isupper() else "int"
     return type_name if storage.python_type in (bool, str) else f"{number}{8 * storage.size}"
 

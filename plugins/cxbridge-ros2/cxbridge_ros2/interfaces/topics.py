@@ -15,7 +15,7 @@ from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.closing import Closing
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import Logger
-from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.rights import right_of_frame
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.interfaces.definitions import TIME_FIELD, make_ros_field_names, make_ros_message_type
@@ -29,10 +29,11 @@ from cxbridge_ros2.stamps import us_to_stamp
 OWNER: Final = "ROS 2"  # the owner of the opened interfaces, as the blackboard lists it
 
 
-def _find_topic(settings: TopicSettings, interface_type: str, interface_id: str) -> tuple[str, str]:
+def _find_topic_and_type(settings: TopicSettings, interface_type: str, interface_id: str) -> tuple[str, str]:
     """Return the topic of an interface, by default ``/blackboard/TYPE/ID``, and the message type.
 
-    In the id, ``_`` replaces the characters that are invalid in ROS. A part of a name begins with a letter.
+    In the id, ``_`` replaces the characters that are invalid in ROS. ``id_`` precedes an id that does not
+    begin with a letter, since ROS forbids a digit there.
     """
     token = re.sub(r"[^A-Za-z0-9]+", "_", interface_id).strip("_")
     default_topic = f"/blackboard/{interface_type}/{token if token[:1].isalpha() else f'id_{token}'}"
@@ -88,9 +89,13 @@ class PublishedInterfaces(Closing):
             self._log.warn(f"{change.uid} is no longer published: {error.message}")
 
     def _start_publishing(self, uid: str) -> Callable[[InterfaceChange], None]:
+        """Announce the publisher of an interface, and return the function that publishes a change.
+
+        :raises ConfigError: if another interface has the topic, or the interface lacks a configured field.
+        """
         interface_type, _, interface_id = uid.partition("::")
         settings, schema = self._settings, self._board.registry.get(interface_type).SCHEMA
-        topic, message_type = _find_topic(settings, interface_type, interface_id)
+        topic, message_type = _find_topic_and_type(settings, interface_type, interface_id)
         if topic in self._used_topics:
             raise ConfigError(f"another interface has the topic {topic}")
         self._used_topics.add(topic)
@@ -130,7 +135,7 @@ class WrittenInterface(Closing):
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
         self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER)
         self._message_paths = _find_message_paths(settings, self._instance.SCHEMA)
-        topic, message_type = _find_topic(settings, interface_type, interface_id)
+        topic, message_type = _find_topic_and_type(settings, interface_type, interface_id)
         right = right_of_frame("ros2-interfaces", WRITE)
         node.subscribe(topic, message_type, self._write_message, settings.qos, right=right)
 
@@ -141,9 +146,7 @@ class WrittenInterface(Closing):
     def _write_message(self, message: Message) -> None:
         try:
             for field, path in self._message_paths.items():
-                self._instance.set(
-                    field, _to_interface_value(self._instance.field(field), find_value(message, path))
-                )
+                self._instance.set(field, _to_interface_value(find_value(message, path)))
             self._instance.write()
         except CxbridgeError as error:
             self._node.complain(f"write {self.uid}", f"{self.uid} was not written: {error.message}")
@@ -175,11 +178,9 @@ def _to_ros(value: Any) -> Any:
     return value.value if isinstance(value, Enum) else value
 
 
-def _to_interface_value(field: FieldSchema, value: Any) -> Any:
+def _to_interface_value(value: Any) -> Any:
     """Return the value of a message field as the value of an interface field."""
-    if isinstance(value, bytes | list):
-        return tuple(value)
-    return float(value) if field.storage.python_type is float and not isinstance(value, str) else value
+    return tuple(value) if isinstance(value, bytes | list) else value
 
 
 def _set_field(message: Message, path: str, value: Any) -> None:

@@ -13,11 +13,11 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.executive.pddl import parse_formula
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import (
-    KNOWLEDGE_TOPIC,
+    KNOWLEDGE_TOPIC_AND_TYPE,
     SERVICE_TYPES,
     SERVICES_BY_NODE,
     SINCE_JAZZY,
-    UPDATE_TOPIC,
+    UPDATE_TOPIC_AND_TYPE,
 )
 from cxbridge_ros2.experts.domain_services import DOMAIN_SERVICES
 from cxbridge_ros2.experts.problem_services import PROBLEM_SERVICES
@@ -262,7 +262,7 @@ def test_satisfaction_of_goals(client: ExpertClient, text: str, satisfied: bool)
 
 def test_domain_has_name_constants_and_predicates(client: ExpertClient):
     assert client.request(SERVICE_NAMES["get_domain_name"])["name"] == "tour"
-    assert client.request(SERVICE_NAMES["get_domain_constants"], {"type": "place"})["constants"] == ["dock"]
+    assert client.request(SERVICE_NAMES["get_domain_constants"], {"type": "Place"})["constants"] == ["dock"]
     node = client.request(SERVICE_NAMES["get_domain_predicate_details"], {"expression": "at"})["node"]
     assert [(each["name"], each["type"], each["sub_types"]) for each in node["parameters"]] == [
         ("?robot0", "robot", []),
@@ -300,8 +300,10 @@ def test_changes_are_published(client: ExpertClient):
     updates: list[Any] = []
     knowledge: list[Any] = []
     ends = [
-        client.node.subscribe(*UPDATE_TOPIC, updates.append),
-        client.node.subscribe(*KNOWLEDGE_TOPIC, knowledge.append, QosProfile(durability="transient_local")),
+        client.node.subscribe(*UPDATE_TOPIC_AND_TYPE, updates.append),
+        client.node.subscribe(
+            *KNOWLEDGE_TOPIC_AND_TYPE, knowledge.append, QosProfile(durability="transient_local")
+        ),
     ]
     assert client.wait(lambda: bool(knowledge), 10)  # a late subscription gets the present knowledge
     client.wait(lambda: False, 1)
