@@ -31,6 +31,7 @@ _COMPONENTS = "cxbridge_ros2.components"
 CLOCKS = (Row("ros2", "cxbridge_ros2.sim_time:make_clock"),)
 COMMANDS = (Row("ros2", "cxbridge_ros2.cli.ros2", section="Blackboard"),)
 COMPONENTS = (
+    # early, so that /rosout has the log lines of the starts of the other components
     Row("ros2-node", f"{_COMPONENTS}.node:Ros2NodeComponent", _has_daemon_node, early=always),
     Row("ros2-performers", f"{_COMPONENTS}.performers:Ros2Performers", configured("/ros2/performers")),
     Row("ros2-experts", f"{_COMPONENTS}.experts:Ros2Experts", configured("/ros2/experts")),

@@ -54,6 +54,6 @@ def _to_ros_text(text: str) -> str:
 
 
 def find_level(severity: int) -> Level:
-    """Return the highest level that does not exceed a severity, which may be any number."""
+    """Return the highest level that does not exceed a severity; DEBUG if the severity is below all levels."""
     levels = [level for level, number in _SEVERITIES.items() if number <= severity]
     return levels[-1] if levels else Level.DEBUG

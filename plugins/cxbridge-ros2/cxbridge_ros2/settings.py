@@ -43,7 +43,8 @@ _DEFAULT_REACHES: Final = {"dds": "localhost", "rclpy": "subnet"}
 
 _ROS2_SECTION: Final = "/ros2"
 _MULTI_NODE_SECTIONS: Final = ("interfaces", "performers")  # sections with a node per key
-_SERVICELESS_SECTIONS: Final = ("clock",)  # sections whose nodes handle no requests, so rights do not matter
+# Sections whose nodes only follow the time: other nodes need no rights there.
+_CLOCK_SECTIONS: Final = ("clock",)
 
 SettingT = TypeVar("SettingT")
 
@@ -75,7 +76,9 @@ class NodeSettings(Struct, frozen=True):
         :param settings: values by key; keys that are not in :data:`NODE_KEYS` are ignored.
         :param folder: the base of relative paths.
         :param subject: the configured thing as the subject of an error text, such as ``the topic X``.
-        :raises ConfigError: if a setting has a wrong type, or does not belong to the transport.
+        :raises ConfigError: if the transport is unknown, or a setting has a wrong type or does not belong to
+            the transport.
+        :raises Ros2Error: if the namespace is not an absolute name.
         """
         domain = typed_setting(settings, "domain", -1, subject)
         namespace = typed_setting(settings, "namespace", "", subject)
@@ -100,7 +103,7 @@ class NodeSettings(Struct, frozen=True):
 
     @property
     def is_local(self) -> bool:
-        """Whether only nodes on this machine can reach the node, which requires DDS with local discovery."""
+        """Whether only nodes on this machine can reach the node. Nodes of a rosbridge are never local."""
         default_reach = _DEFAULT_REACHES.get(self.transport)
         # a configuration of Cyclone DDS may name any interface and peer
         if default_reach is None or os.environ.get("CYCLONEDDS_URI"):
@@ -130,7 +133,10 @@ class NodeSettings(Struct, frozen=True):
 
 
 def _find_default_transport(settings: Mapping[str, Any]) -> str:
-    """Return rclpy in a sourced ROS 2, so that its RMW and types are used; otherwise DDS."""
+    """Return rclpy in a sourced ROS 2, so that its RMW and types are used; otherwise DDS.
+
+    DDS is also the default for settings that rclpy does not have.
+    """
     excludes_rclpy = any(key in settings and key not in TRANSPORTS["rclpy"].keys for key in _TRANSPORT_KEYS)
     return "dds" if excludes_rclpy or not has_rclpy() else "rclpy"
 
@@ -144,18 +150,18 @@ def _find_default_distribution() -> str:
 # --- values -------------------------------------------------------------------------------------------------
 
 
-def to_list(value: Any) -> list[Any]:
-    """Return a setting that is a list, or a single element without brackets."""
-    return value if isinstance(value, list) else [value]
+def to_list(setting: Any) -> list[Any]:
+    """Return a setting as a list; a setting that is not a list becomes the only element."""
+    return setting if isinstance(setting, list) else [setting]
 
 
-def settings_by_name(value: Any) -> Mapping[str, Any]:
-    """Return a setting that is a mapping of settings by name, or a list of names without settings."""
-    return value if isinstance(value, Mapping) else {str(name): {} for name in to_list(value)}
+def settings_by_name(setting: Any) -> Mapping[str, Any]:
+    """Return the settings of named things by name; a list of names stands for things without settings."""
+    return setting if isinstance(setting, Mapping) else {str(name): {} for name in to_list(setting)}
 
 
 def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, subject: str) -> SettingT:
-    """Return a setting of the same type as its default.
+    """Return a setting, which must have the type of the default; the default if the setting is missing.
 
     :param subject: the configured thing as the subject of the error text.
     :raises ConfigError: if the setting has another type.
@@ -192,7 +198,7 @@ def check_choice(name: str, choices: Collection[str], problem: str) -> None:
 def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Convert settings by path, such as ``skills/goto/name``, to nested mappings.
 
-    :raises ConfigError: if a path is both a value and a mapping.
+    :raises ConfigError: if a path is below the path of an earlier value.
     """
     tree: dict[str, Any] = {}
     for path, value in settings.items():
@@ -241,7 +247,7 @@ def read_node_section(
 
 @contextmanager
 def locate_errors(config: Configuration, section: str) -> Iterator[None]:
-    """Add the file and line of a section to errors raised within the ``with`` block."""
+    """Add the file and line of a section to errors of the ``with`` block that do not name a file."""
     try:
         yield
     except CxbridgeError as error:
@@ -271,12 +277,12 @@ class Ros2Reach(PluginSettings):
 
 
 def _list_node_sections(config: Configuration) -> Iterator[str]:
-    """Yield the sections of the nodes that handle messages of other nodes."""
+    """Yield the sections of the nodes at which other nodes need rights."""
     for name in config.keys(_ROS2_SECTION):
         section = f"{_ROS2_SECTION}/{name}"
         if name in _MULTI_NODE_SECTIONS:
             yield from (f"{section}/{key}" for key in config.keys(section))
-        elif name not in _SERVICELESS_SECTIONS and has_cxbridge_keys(config, section):
+        elif name not in _CLOCK_SECTIONS and has_cxbridge_keys(config, section):
             yield section
 
 

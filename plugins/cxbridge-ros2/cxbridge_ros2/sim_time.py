@@ -71,7 +71,7 @@ class SimTimeClock(Clock):
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
 
-        :raises Ros2Error: if no publisher sends the time, or the domain cannot be joined.
+        :raises Ros2Error: at the first query, if no publisher sends the time, or the domain cannot be joined.
         """
         if self._thread is None:
             self._start_following()

@@ -65,14 +65,14 @@ class RosSkills(RosExecutor):
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self._tables: Mapping[str, Mapping[str, Any]] = self.setting("tables", {})
-        skill_settings: Mapping[str, Any] = self.setting("skills", {})
-        if not skill_settings:
+        settings_by_skill: Mapping[str, Any] = self.setting("skills", {})
+        if not settings_by_skill:
             raise ConfigError(
                 "RosSkills has no skills", hint="skills: {goto: {action: TYPE, name: /NAME, goal: {}}}"
             )
         namespace = self.node_settings.namespace
         self._skills = {
-            name: _read_skill(name, settings, namespace) for name, settings in skill_settings.items()
+            name: _read_skill(name, settings, namespace) for name, settings in settings_by_skill.items()
         }
         self.skills = tuple(self._skills)
         self._clients: dict[str, ActionClient | Client] = {}
@@ -86,9 +86,11 @@ class RosSkills(RosExecutor):
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
         node_settings = NodeSettings.parse(settings, folder, cls.__name__)
         definitions = node_settings.load_definitions()
-        skill_settings = nest_settings(settings).get("skills")
-        for name, value in skill_settings.items() if isinstance(skill_settings, Mapping) else ():
-            skill = _read_skill(name, value, node_settings.namespace)
+        settings_by_skill = nest_settings(settings).get("skills")
+        for name, skill_settings in (
+            settings_by_skill.items() if isinstance(settings_by_skill, Mapping) else ()
+        ):
+            skill = _read_skill(name, skill_settings, node_settings.namespace)
             ros_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
             response = ros_type.derive("Result" if skill.is_action else "Response")
             typed_paths = (
@@ -162,7 +164,7 @@ class RosSkills(RosExecutor):
     def _yield_progress(
         self, skill: RosSkillSettings, client: ActionClient, sent_goal: SentGoal
     ) -> Generator[Any, None, None]:
-        """Yield the progress of a goal until its end."""
+        """Yield the progress of a goal until its end; None for a step without new feedback."""
         last_served_us, shown_feedback, max_amount = self.clock.now_us(), None, 0.0
         while True:
             self.poll()

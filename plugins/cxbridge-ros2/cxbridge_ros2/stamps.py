@@ -23,6 +23,7 @@ def us_to_stamp(time_us: int) -> Message:
 
 
 def stamp_to_us(stamp: Message) -> int:
+    """Return a stamp in microseconds, rounded down."""
     return int(stamp["sec"]) * MICROSECONDS + int(stamp["nanosec"]) // NS_PER_US
 
 

@@ -58,7 +58,7 @@ class LocalGraph:
         self._nodes: list[LocalNode] = []
 
     @property
-    def nodes(self) -> tuple[str, ...]:
+    def node_names(self) -> tuple[str, ...]:
         return tuple(node.name for node in self._nodes)
 
     def join(self, name: str, report: ProblemCallback | None = None) -> LocalNode:
@@ -93,7 +93,7 @@ class LocalNode(Node):
         super().__init__(report)
         self.name = name
         self.graph = graph
-        self.deliveries: deque[Callable[[], None]] = deque()
+        self.deliveries: deque[Callable[[], None]] = deque()  # called by the next poll
 
     def _parse_type(self, name: str, kind: str) -> TypeName:
         """Parse the name of a known message or service; see :func:`.names.parse_type`."""
@@ -116,6 +116,7 @@ class LocalNode(Node):
             for subscription in list(graph.subscriptions.get(topic, ())):
                 subscription.node.queue_message(topic, subscription, type_name, encoded_message)
 
+        # closed by nothing, since the graph does not know publishers
         return Publisher(publish, lambda: len(graph.subscriptions.get(topic, ())), lambda: None)
 
     def _subscribe(

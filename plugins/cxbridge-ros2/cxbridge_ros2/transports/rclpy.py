@@ -44,7 +44,7 @@ class RclpyNode(Node):
     :param definitions: the types, whose fields must equal those in the sourced environment.
     :param domain: the domain; by default ``ROS_DOMAIN_ID``.
     :param report: see the base class.
-    :raises Ros2Error: if rclpy is not installed, or cannot start.
+    :raises Ros2Error: if rclpy is not installed, the domain does not exist, or rclpy cannot start.
     """
 
     def __init__(
@@ -126,17 +126,17 @@ class RclpyNode(Node):
         )
         request, response = type_name.derive("Request"), type_name.derive("Response")
 
-        def encode(message: Mapping[str, Any]) -> Any:
+        def make_request(message: Mapping[str, Any]) -> Any:
             return self._to_object(service_class.Request, request, message)
 
-        def count_and_decode(message: Any) -> Message:
+        def count_and_convert(rcl_response: Any) -> Message:
             self._received_count += 1
-            return self._from_object(response, message)
+            return self._from_object(response, rcl_response)
 
         return _Client(
             rcl_client,
-            encode,
-            count_and_decode,
+            make_request,
+            count_and_convert,
             lambda: self._find_server_numbers(rcl_client, service),
             self._make_close_function("client", rcl_client),
         )
@@ -146,12 +146,12 @@ class RclpyNode(Node):
         service_class = self._find_service_class(type_name)
         request, response = type_name.derive("Request"), type_name.derive("Response")
 
-        def receive(message: Any, _encoded_response: object) -> _DeferredResponse:
+        def receive(rcl_request: Any, _rcl_response: object) -> _DeferredResponse:
             self._received_count += 1
             deferred_response = _DeferredResponse(
                 lambda fields: self._to_object(service_class.Response, response, fields)
             )
-            handler(self._from_object(request, message), deferred_response.set_response)
+            handler(self._from_object(request, rcl_request), deferred_response.set_response)
             return deferred_response
 
         rcl_service = self._node.create_service(
@@ -165,7 +165,7 @@ class RclpyNode(Node):
         # deferred response replaces rclpy's function that sends the returned object.
         send = rcl_service.send_response
         rcl_service.send_response = lambda deferred_response, header: deferred_response.set_sender(
-            lambda encoded_response: send(encoded_response, header)
+            lambda rcl_response: send(rcl_response, header)
         )
         return self._make_close_function("service", rcl_service)
 
@@ -232,13 +232,13 @@ class RclpyNode(Node):
             difference = f"{', '.join(sourced_fields) or 'nothing'}, not {', '.join(our_fields) or 'nothing'}"
             raise Ros2Error(f"the sourced {type_name} has the fields {difference}", hint=hint)
 
-    def _to_object(self, service_class: Any, type_name: TypeName, message: Mapping[str, Any]) -> Any:
+    def _to_object(self, message_class: Any, type_name: TypeName, message: Mapping[str, Any]) -> Any:
         return self._rclpy.serialization.deserialize_message(
-            self._codec.encode(type_name, message), service_class
+            self._codec.encode(type_name, message), message_class
         )
 
-    def _from_object(self, type_name: TypeName, message: Any) -> Message:
-        return self._codec.decode(type_name, self._rclpy.serialization.serialize_message(message))
+    def _from_object(self, type_name: TypeName, rcl_message: Any) -> Message:
+        return self._codec.decode(type_name, self._rclpy.serialization.serialize_message(rcl_message))
 
     def _make_qos(self, profile: QosProfile) -> Any:
         qos = self._rclpy.qos
@@ -250,16 +250,23 @@ class RclpyNode(Node):
 
 
 class _Client(Client):
+    """A client of a service.
+
+    :param client: the client of rclpy.
+    :param make_request: makes an object of rclpy from a request.
+    :param convert_response: returns the message in an object of rclpy.
+    """
+
     def __init__(
         self,
         client: Any,
-        encode: Callable[[Mapping[str, Any]], Any],
-        decode: Callable[[Any], Message],
+        make_request: Callable[[Mapping[str, Any]], Any],
+        convert_response: Callable[[Any], Message],
         find_server_numbers: Callable[[], frozenset[int]],
         close_client: Callable[[], None],
     ) -> None:
         super().__init__()
-        self._client, self._encode, self._decode = client, encode, decode
+        self._client, self._make_request, self._convert_response = client, make_request, convert_response
         self._find_server_numbers, self._close_client = find_server_numbers, close_client
         self._futures: dict[int, Any] = {}
 
@@ -270,11 +277,11 @@ class _Client(Client):
         on_failure: FailureCallback | None = None,  # noqa: ARG002 - rclpy reports no failures
     ) -> int:
         number = next(self._numbers)
-        self._futures[number] = future = self._client.call_async(self._encode(request))
+        self._futures[number] = future = self._client.call_async(self._make_request(request))
 
         def finish(done_future: Any) -> None:
             if self._futures.pop(number, None) is not None:
-                on_response(self._decode(done_future.result()))
+                on_response(self._convert_response(done_future.result()))
 
         future.add_done_callback(finish)
         return number
@@ -294,15 +301,18 @@ class _Client(Client):
 
 
 class _DeferredResponse:
-    """A response that is sent when the handler has given the content, and rclpy the function to send."""
+    """A response that is sent when the handler has given the content, and rclpy the function to send.
 
-    def __init__(self, encode: Callable[[Mapping[str, Any]], Any]) -> None:
-        self._encode = encode
-        self._encoded_response: Any = None
+    :param make_response: makes an object of rclpy from a response.
+    """
+
+    def __init__(self, make_response: Callable[[Mapping[str, Any]], Any]) -> None:
+        self._make_response = make_response
+        self._rcl_response: Any = None
         self._sender: Callable[[Any], None] | None = None
 
     def set_response(self, response: Mapping[str, Any]) -> None:
-        self._encoded_response = self._encode(response)
+        self._rcl_response = self._make_response(response)
         self._send_if_complete()
 
     def set_sender(self, send: Callable[[Any], None]) -> None:
@@ -310,8 +320,8 @@ class _DeferredResponse:
         self._send_if_complete()
 
     def _send_if_complete(self) -> None:
-        if self._sender is not None and self._encoded_response is not None:
-            self._sender(self._encoded_response)
+        if self._sender is not None and self._rcl_response is not None:
+            self._sender(self._rcl_response)
 
 
 def _import_rclpy() -> Any:

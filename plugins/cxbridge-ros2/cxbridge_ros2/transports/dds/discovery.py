@@ -36,10 +36,11 @@ _POLICIES: Final = {
     10: "PARTITION", 11: "RELIABILITY", 12: "DESTINATION_ORDER", 23: "DATA_REPRESENTATION",
 }  # fmt: skip
 
-# Topics of requests to the services of an action, except send_goal, which stands for the action.
-_OTHER_ACTION_REQUESTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
+# Endings of the topics of requests to an action's services, except send_goal, which stands for the action.
+_OTHER_REQUEST_SUFFIXES: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _MAX_SAMPLES: Final = 1000  # limit of the samples of a read, which is repeated until no sample is left
-_MAX_ENDPOINTS: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
+# Limit of stored endpoints, since other nodes decide how many exist. The number is chosen freely.
+_MAX_ENDPOINTS: Final = 20_000
 
 _TYPE_HASH_PATTERN: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
 # rt/NAME of a topic, rq/NAMERequest and rr/NAMEReply of a service; the topics and services of an action are
@@ -99,10 +100,10 @@ class Discovery:
         self._local_endpoints: list[LocalEndpoint] = []
         self._participant_keys: set[Any] = set()
 
-    def add(self, endpoint: LocalEndpoint) -> None:
-        self._local_endpoints.append(endpoint)
-        for discovered_endpoint in self._discovered_endpoints[endpoint.is_reader].values():
-            self._compare_types(endpoint, discovered_endpoint)
+    def add(self, local_endpoint: LocalEndpoint) -> None:
+        self._local_endpoints.append(local_endpoint)
+        for endpoint in self._discovered_endpoints[local_endpoint.is_reader].values():
+            self._compare_types(local_endpoint, endpoint)
 
     def remove(self, entity: object) -> None:
         self._local_endpoints = [
@@ -180,7 +181,7 @@ class Discovery:
             )
 
     def describe_missing_server(self, topic: str, request_type: TypeName, network: str) -> str:
-        """Return why a service has no server; see :func:`.mismatches.describe_missing_server`.
+        """Return why a service has no server, after an update; empty if unknown.
 
         :param topic: the topic of the service's requests.
         :param network: describes our part of the network.
@@ -190,7 +191,7 @@ class Discovery:
             _find_ros_name(endpoint.topic_name): endpoint.type_name
             for endpoint in self._discovered_endpoints[False].values()
             if endpoint.topic_name.startswith("rq/")
-            and not endpoint.topic_name.endswith(_OTHER_ACTION_REQUESTS)
+            and not endpoint.topic_name.endswith(_OTHER_REQUEST_SUFFIXES)
         }
         return describe_missing_server(
             _find_ros_name(topic), request_type, served_types, "" if self._participant_keys else network

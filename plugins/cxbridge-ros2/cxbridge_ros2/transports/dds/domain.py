@@ -19,7 +19,7 @@ from cxbridge.errors import Ros2Error
 QOS_LOCK: Final = threading.Lock()
 
 # Cyclone DDS' configuration of discovery for the ranges within this host. `localhost` tries the ports of 32
-# participants. `off` finds only nodes of this process, since no other process has the tag.
+# participants, as in rmw_cyclonedds. `off` finds only nodes of this process: no other process has the tag.
 _DISCOVERY_CONFIGURATIONS: Final = {
     "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
@@ -45,15 +45,20 @@ def find_security_problem() -> str:
 
 
 # The configured domains of this process and the counts of their nodes, by the number of the domain. A domain
-# is configured by its first node and closed with its last node.
+# is configured by its first node with a range within this host, and closed with its last such node.
 _domains: dict[int, Domain] = {}
 _node_counts: Counter[int] = Counter()
 
 
 def enter_domain(number: int, reach: str) -> Callable[[], None]:
-    """Configure a domain for the first node in it, unless the user's CYCLONEDDS_URI configures all domains.
+    """Limit a domain to this host if its first node has such a range; further nodes keep that range.
 
+    The user's CYCLONEDDS_URI configures all domains; the range has no effect then.
+
+    :param number: the number of the domain.
+    :param reach: the range of discovery, a value of ``ROS_AUTOMATIC_DISCOVERY_RANGE`` in lower case.
     :returns: a function that leaves the domain; later calls of the function do nothing.
+    :raises Ros2Error: if there is no such range.
     """
     if reach not in _REACHES:
         raise Ros2Error(f"'{reach}' is not a range of discovery", hint="write localhost or subnet")

@@ -17,7 +17,10 @@ _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
 
 
 def format_dds_type(dds_type: str) -> str:
-    """Return the ROS name of a DDS type's definition; names of another form stay unchanged."""
+    """Return the ROS name of the message, service or action that defines a DDS type.
+
+    A name that does not have the form of ROS types, ``PACKAGE::KIND::dds_::NAME_``, stays unchanged.
+    """
     match = _DDS_TYPE.fullmatch(dds_type)
     return dds_type if match is None else str(TypeName(match[1], match[2], match[3]).definition)
 

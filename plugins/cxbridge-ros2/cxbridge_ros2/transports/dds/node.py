@@ -66,8 +66,10 @@ from cxbridge_ros2.transports.dds.services import (
 from cxbridge_ros2.transports.environment import read_discovery_range, read_domain_id
 
 _MAX_SAMPLES: Final = 256  # samples per reader and poll, so that a fast topic does not starve other topics
-_DISCOVERY_PERIOD_S: Final = 1.0  # time between two updates of the discovered endpoints
-_RETRY_PERIOD_S: Final = 0.01  # time between two checks for the reader of a response
+# Time between two updates of the discovered endpoints: a warning about a mismatch may come a second late.
+_DISCOVERY_PERIOD_S: Final = 1.0
+# Time between two checks for the reader of a response, which DDS finds without waking a waiting node.
+_RETRY_PERIOD_S: Final = 0.01
 # The topic on which participants announce their nodes, readers and writers to the graph of ROS.
 _GRAPH_TOPIC: Final = "ros_discovery_info"
 _GRAPH_TYPE: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
@@ -88,10 +90,11 @@ class DdsNode(Node):
     """A node on DDS.
 
     :param domain: the DDS domain; by default ``ROS_DOMAIN_ID``.
-    :param reach: ``localhost`` to find nodes on this host only, ``subnet`` for the network; by default
-        ``ROS_AUTOMATIC_DISCOVERY_RANGE``, or ``localhost``.
+    :param reach: the range of discovery: ``off`` for this process, ``localhost`` for this host, ``subnet`` or
+        ``system_default`` for the network; by default the range of the environment, or ``localhost``.
     :param report: see the base class.
-    :raises Ros2Error: if DDS cannot start.
+    :raises Ros2Error: if DDS cannot start, the domain or the range is invalid, or the environment enforces
+        security.
     """
 
     def __init__(
@@ -364,7 +367,8 @@ class DdsNode(Node):
 
 def _make_dds_type(type_name: TypeName) -> Any:
     """Make the class that cyclonedds requires for a type. A sample has its CDR bytes as ``cdr``."""
-    # the field is never serialised: the class only has the name, and both functions pass the bytes through
+    # the class tells DDS the type's name only: the field stands for the real fields, and is never serialised,
+    # since both functions pass the bytes through
     idl_struct: Any = make_idl_struct(type_name.name, type_name.dds_name, {"data": uint8})
     idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(make_sample)
     return idl_struct

@@ -32,8 +32,10 @@ if TYPE_CHECKING:
 
 _REQUEST_ID: Final = struct.Struct("<Qq")  # the id of the client, and the number of the request
 
-_PROBE_PERIOD_S: Final = 0.2  # time between two probes of a reader
-_INTRODUCTION_TIMEOUT_S: Final = 2.0  # time after which a reader counts as having found a writer
+_PROBE_PERIOD_S: Final = 0.2  # time between two probes of a reader, chosen freely
+# Time after which a client waits for no proof: a reader that acknowledges nothing counts as having found the
+# writer, and readers whose ids match no writer of responses count as readers of servers.
+_INTRODUCTION_TIMEOUT_S: Final = 2.0
 
 _CDR_HEADER_BYTES: Final = 4  # the encapsulation header before the payload
 _OWNER_ID_BYTES: Final = 16  # the length of a GUID, which rmw_cyclonedds writes here
@@ -133,7 +135,7 @@ class DdsClient(Client):
         self._introduction_check = _IntroductionCheck(writer)
         self._response_writers: _EndpointOwners | None = _EndpointOwners.of_writers("serviceid", reader)
         self._id = secrets.randbits(64)
-        # the last time that a server had both its endpoints, or that no server had an endpoint
+        # the last time that a server had both its endpoints, or that no reader of requests was found
         self._last_paired_s = time.monotonic()
 
     def call(
@@ -164,9 +166,9 @@ class DdsClient(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        """The handles of the request readers of servers.
+        """The handles of the request readers of servers that are present, as the module says.
 
-        Both endpoints of such a server are found, and its reader has found the writer of requests.
+        Without a proof for a server, :data:`_INTRODUCTION_TIMEOUT_S` must pass.
         """
         if self._response_writers is None:
             return frozenset()  # the client is closed
@@ -203,7 +205,7 @@ class _IntroductionCheck:
         self._start_s = self._last_probe_s = 0.0
 
     def filter_introduced(self, handles: frozenset[int]) -> frozenset[int]:
-        """Return the handles of readers that have found the writer.
+        """Return the handles of the readers that have found the writer, or had the time to find it.
 
         :param handles: the handles of readers.
         """
@@ -285,7 +287,10 @@ class DdsServer:
             self._handler(request, reply)
 
     def send_responses(self) -> bool:
-        """Send the responses whose readers are found; return whether responses remain."""
+        """Send the responses whose readers are found; return whether responses remain.
+
+        A response to a client without an id is sent at once, since its reader cannot be recognised.
+        """
         responses, self._unsent_responses = self._unsent_responses, []
         for response in responses:
             if not response.client_id or self._response_readers.has_endpoint(response.client_id):

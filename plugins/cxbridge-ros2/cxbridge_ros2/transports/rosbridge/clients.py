@@ -77,7 +77,10 @@ class ServiceClient(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        """A single number, which changes with each reconnection; empty without a connection."""
+        """A single number, which changes with each reconnection; empty without a connection.
+
+        The bridge does not report servers, so a connection counts as a server.
+        """
         return (
             frozenset({self._connection.connection_count}) if self._connection.is_connected else frozenset()
         )
@@ -104,6 +107,7 @@ class RosbridgeAction:
     ) -> None:
         self.name, self.type_name = name, TypeName("", "action", "")
         self._connection, self._defer, self._send = connection, defer, send
+        # by topic; the callbacks of `status` are never called, since the bridge does not send the topic
         self._callbacks: dict[str, list[MessageCallback]] = {"feedback": [], "status": []}
         self._result_callbacks: dict[str, tuple[MessageCallback, FailureCallback | None]] = {}
         # the time of the next cancel request and the number of remaining requests, by the id of the goal
@@ -198,6 +202,7 @@ class ActionServiceClient(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
+        # unlike in ServiceClient, the number stays: the loss of the connection has ended the goals already
         return frozenset({0}) if self._connection.is_connected else frozenset()
 
     def close(self) -> None:

@@ -24,20 +24,22 @@ Operation = Mapping[str, Any]  # the JSON of an operation; the value of `op` is 
 CONNECTION_LOST: Final = {"op": ""}  # stands in the inbox for the loss of the connection
 
 _HANDSHAKE_TIMEOUT_S: Final = 5.0  # time limit of the WebSocket handshake
-_RETRY_PERIOD_S: Final = 1.0  # time between two attempts to connect
+_RETRY_PERIOD_S: Final = 1.0  # time between two attempts to connect, or to add to a full inbox
 _STOP_TIMEOUT_S: Final = 5.0  # time limit of the end of the thread
 _NAME_KEYS: Final = ("op", "id", "topic", "service", "action")  # keys whose values must be texts or numbers
 
-# Limit of a message in bytes after decompression. A larger message ends the connection, which is restored.
+# Limit of a message in bytes after decompression, enough for an image of 1920 x 1080 pixels. A larger message
+# ends the connection, which is restored.
 MAX_MESSAGE_BYTES: Final = 16 * 1024 * 1024
 
-MAX_QUEUED_OPERATIONS: Final = 10_000  # limit of the inbox
+MAX_QUEUED_OPERATIONS: Final = 10_000  # limit of the inbox, for a node that is polled too rarely
 
 
 class RosbridgeConnection:
     """A connection that repeats the registered operations after each reconnection.
 
     :ivar connection_count: the number of successful connections so far.
+    :raises Ros2Error: if the URL is not that of a websocket, or no bridge answers.
     """
 
     def __init__(self, url: str) -> None:
@@ -47,7 +49,8 @@ class RosbridgeConnection:
         self._inbox: queue.Queue[Operation] = queue.Queue(MAX_QUEUED_OPERATIONS)
         self._registered_operations: dict[int, Operation] = {}
         self._numbers = count()
-        self._lock = threading.Lock()  # guards `_registered_operations`
+        # guards `_registered_operations`, and the change of `_socket` to a new connection
+        self._lock = threading.Lock()
         self._close_requested = threading.Event()
         self.connection_count = 0
         self._socket: ClientConnection | None = None
@@ -117,9 +120,10 @@ class RosbridgeConnection:
         socket: ClientConnection = self._open_resources.enter_context(
             connect(self._url, open_timeout=_HANDSHAKE_TIMEOUT_S, max_size=MAX_MESSAGE_BYTES, proxy=None)
         )
+        # both under the lock: an operation that is registered later is sent to the new socket
         with self._lock:
             operations = list(self._registered_operations.values())
-        self._socket = socket
+            self._socket = socket
         self.connection_count += 1
         for op in operations:
             self.send(op)

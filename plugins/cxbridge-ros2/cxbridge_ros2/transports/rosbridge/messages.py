@@ -30,40 +30,48 @@ class JsonCodec:
         # the hook converts scalars of NumPy to scalars of Python
         return msgspec.to_builtins(checked_message, enc_hook=np.generic.item)
 
-    def from_json(self, type_name: TypeName, value: Any) -> Message:
-        """Return the message in JSON values. A missing or invalid field becomes zero or empty."""
+    def from_json(self, type_name: TypeName, json_value: Any) -> Message:
+        """Return the message in a JSON object. A missing or invalid field becomes NaN, zero or empty."""
         fields = self._definitions.find_fields(type_name)
-        members = value if isinstance(value, Mapping) else {}
+        members = json_value if isinstance(json_value, Mapping) else {}
         return {
             field: self._read_value(field_type, members.get(field))
             for field, field_type in fields
             if field != EMPTY_MESSAGE_FIELD
         }
 
-    def _read_value(self, field_type: FieldType, value: Any) -> Any:
+    def _read_value(self, field_type: FieldType, json_value: Any) -> Any:
         match field_type:
             case (Nodetype.NAME, message_name):
-                return self.from_json(parse_type(message_name), value)
+                return self.from_json(parse_type(message_name), json_value)
             case (Nodetype.BASE, (base_type, _)):
-                return to_base_type(base_type, value)
+                return to_base_type(base_type, json_value)
+            # an array or sequence of bytes
             case (_, ((Nodetype.BASE, (base_type, _)), _)) if base_type in BYTE_TYPES:
-                return _decode_bytes(value)
-        _, (element_type, _size) = field_type
-        return [self._read_value(element_type, item) for item in value] if isinstance(value, list) else []
+                return _decode_bytes(json_value)
+        _, (element_type, _size) = field_type  # another array or sequence
+        return (
+            [self._read_value(element_type, element) for element in json_value]
+            if isinstance(json_value, list)
+            else []
+        )
 
 
-def to_base_type(field_type: str, value: Any) -> Any:
-    """Return a JSON value as a base type. A missing or mistyped value becomes zero or empty."""
-    if field_type in ("float32", "float64"):
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return float(value) if is_number else math.nan  # the bridge sends NaN and infinities as null
-    python_type: Any = {"bool": bool, "string": str}.get(field_type, int)
-    return value if isinstance(value, python_type) else python_type()
+def to_base_type(base_type: str, json_value: Any) -> Any:
+    """Return a JSON value as a base type of ROS.
+
+    A missing or mistyped value becomes NaN for a float type, otherwise zero, false or an empty string.
+    """
+    if base_type in ("float32", "float64"):
+        is_number = isinstance(json_value, int | float) and not isinstance(json_value, bool)
+        return float(json_value) if is_number else math.nan  # the bridge sends NaN and infinities as null
+    python_type: Any = {"bool": bool, "string": str}.get(base_type, int)
+    return json_value if isinstance(json_value, python_type) else python_type()
 
 
-def _decode_bytes(value: Any) -> bytes:
-    """Return the bytes in Base64. A missing or mistyped value becomes empty."""
+def _decode_bytes(json_value: Any) -> bytes:
+    """Return the bytes in Base64. A missing or invalid value becomes empty."""
     try:
-        return base64.b64decode(value if isinstance(value, str) else "")
+        return base64.b64decode(json_value if isinstance(json_value, str) else "")
     except ValueError:
         return b""

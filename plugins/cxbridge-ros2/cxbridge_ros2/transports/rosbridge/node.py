@@ -26,7 +26,7 @@ from cxbridge_ros2.transports.rosbridge.messages import JsonCodec
 
 DEFAULT_URL: Final = "ws://localhost:9090"
 
-_ACTION_PART: Final = "/_action/"
+_ACTION_INFIX: Final = "/_action/"  # between the name of an action and those of its topics and services
 _UNREACHABLE_REASON: Final = "the rosbridge is unreachable"
 _LOST_REASON: Final = "the connection to the rosbridge was lost"
 # Numbers of characters at the start of a status: the compared start identifies the problem, the displayed
@@ -39,7 +39,7 @@ class RosbridgeNode(Node):
 
     :param name: the name of the node, which ROS does not see: in the graph of ROS, the bridge has the topics.
     :param url: the URL of the bridge's websocket; by default :data:`DEFAULT_URL`.
-    :raises Ros2Error: if there is no rosbridge.
+    :raises Ros2Error: if there is no rosbridge, or the URL is not that of a websocket.
     """
 
     def __init__(
@@ -87,8 +87,8 @@ class RosbridgeNode(Node):
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         type_name = parse_type(message_type, "msg")
-        if _ACTION_PART in topic:
-            return self._find_action(topic, type_name).subscribe(topic.rpartition("/")[2], callback)
+        if _ACTION_INFIX in topic:
+            return self._register_action(topic, type_name).subscribe(topic.rpartition("/")[2], callback)
         self._definitions.find_fields(type_name)  # raises the error about an unknown type
         subscription = (type_name, callback)
         self._subscriptions.setdefault(check_ros_name(topic), []).append(subscription)
@@ -111,9 +111,9 @@ class RosbridgeNode(Node):
 
     def create_client(self, service: str, service_type: str) -> Client:
         type_name = parse_type(service_type, "srv")
-        if _ACTION_PART in service:
+        if _ACTION_INFIX in service:
             return ActionServiceClient(
-                self._connection, self._find_action(service, type_name), service.rpartition("/")[2]
+                self._connection, self._register_action(service, type_name), service.rpartition("/")[2]
             )
         self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
         encode = partial(self._codec.to_json, type_name.derive("Request"))
@@ -122,7 +122,7 @@ class RosbridgeNode(Node):
         )
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        if _ACTION_PART in service:
+        if _ACTION_INFIX in service:
             raise Ros2Error(
                 "actions are not served over rosbridge", hint="use the transport dds to serve actions"
             )
@@ -235,12 +235,13 @@ class RosbridgeNode(Node):
             failure = {"id": call_id, "result": False, "values": _UNREACHABLE_REASON}
             self._deferred_calls.append(lambda: self._handle_response(failure))
 
-    def _find_action(self, topic: str, type_name: TypeName) -> RosbridgeAction:
-        """Return the action to which a topic or service belongs.
+    def _register_action(self, name: str, type_name: TypeName) -> RosbridgeAction:
+        """Return the action to which a topic or service belongs; the first call makes the action.
 
-        :param type_name: the type of the topic or service.
+        :param name: the name of the topic or service.
+        :param type_name: the type of the topic or service, from which the action gets its type.
         """
-        action_name = topic.partition(_ACTION_PART)[0]
+        action_name = name.partition(_ACTION_INFIX)[0]
         if action_name not in self._actions:
             self._actions[action_name] = RosbridgeAction(
                 check_ros_name(action_name), self._connection, self._defer, self._send_goal

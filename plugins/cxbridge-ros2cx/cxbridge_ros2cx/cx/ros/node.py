@@ -122,7 +122,7 @@ class RosNode(Closing):
             return True
         own_nodes = {self._short_name, _PDDL_NAMESPACE.strip("/")}
         # a look into __dict__, here and below, since access to the cached property would create the graph
-        return "graph" in self.__dict__ and not own_nodes.issuperset(self.graph.nodes)
+        return "graph" in self.__dict__ and not own_nodes.issuperset(self.graph.node_names)
 
     def spin(self) -> None:
         """Receive messages; on a virtual clock also the messages that peers send in response."""
