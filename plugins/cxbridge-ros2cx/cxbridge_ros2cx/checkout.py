@@ -40,9 +40,13 @@ class Ros2CxCheckout(Struct, frozen=True):
         :raises CxbridgeError: if packages are missing; the error lists all of them.
         """
         checkout = cls(root.resolve())
-        packages = {_HOST_CLIPS: "cx_clips", _CORE_CLIPS: "cx_clips_executive", _PARAMETERS: _BRINGUP}
+        package_by_folder = {
+            _HOST_CLIPS: "cx_clips",
+            _CORE_CLIPS: "cx_clips_executive",
+            _PARAMETERS: _BRINGUP,
+        }
         missing_packages = [
-            package for folder, package in packages.items() if not (checkout.root / folder).is_dir()
+            package for folder, package in package_by_folder.items() if not (checkout.root / folder).is_dir()
         ]
         if missing_packages:
             raise CxbridgeError(

@@ -38,6 +38,7 @@ class ConfvalFeature(Feature):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.call("path-load", "ff-config.clp")
+        # types are the codes of CLIPS' AddUDF: any result (*), a SYMBOL or STRING as argument (sy)
         env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
 
     def _load(self, env: ClipsEnvironment, prefix: str) -> None:

@@ -48,7 +48,7 @@ class CMakeCommand(Struct, frozen=True):
 
 
 def read_commands(file: Path) -> list[CMakeCommand]:
-    """Return the commands of a CMakeLists.txt with expanded variables; none if the file is unreadable."""
+    """Return the commands of a CMakeLists.txt with expanded variables; empty if the file is unreadable."""
     try:
         text = _COMMENT.sub("", file.read_text("utf-8", "replace"))
     except OSError:

@@ -40,19 +40,19 @@ def _insert(order: list[str], name: str, bucket_count: int) -> None:
 
 
 def hash_string(text: str) -> int:
-    """Return the result of ``std::hash<std::string>``: MurmurHash64A with the library's seed."""
-    data = text.encode()
-    tail_start = len(data) & ~7  # the bytes from here on do not fill a word of 8 bytes
-    digest = _HASH_SEED ^ (len(data) * _HASH_FACTOR & _WORD_MASK)
+    """Return the result of libstdc++'s ``std::hash<std::string>``: MurmurHash64A with a fixed seed."""
+    text_bytes = text.encode()
+    tail_start = len(text_bytes) & ~7  # the bytes from here on do not fill a word of 8 bytes
+    digest = _HASH_SEED ^ (len(text_bytes) * _HASH_FACTOR & _WORD_MASK)
     for offset in range(0, tail_start, 8):
-        word = int.from_bytes(data[offset : offset + 8], "little")
+        word = int.from_bytes(text_bytes[offset : offset + 8], "little")
         digest = (
             digest ^ (_shift_mix(word * _HASH_FACTOR & _WORD_MASK) * _HASH_FACTOR & _WORD_MASK)
         ) * _HASH_FACTOR & _WORD_MASK
-    if data[tail_start:]:
-        digest = (digest ^ int.from_bytes(data[tail_start:], "little")) * _HASH_FACTOR & _WORD_MASK
+    if text_bytes[tail_start:]:
+        digest = (digest ^ int.from_bytes(text_bytes[tail_start:], "little")) * _HASH_FACTOR & _WORD_MASK
     return _shift_mix(_shift_mix(digest) * _HASH_FACTOR & _WORD_MASK)
 
 
 def _shift_mix(word: int) -> int:
-    return word ^ (word >> 47)
+    return word ^ (word >> 47)  # the shift of MurmurHash64A

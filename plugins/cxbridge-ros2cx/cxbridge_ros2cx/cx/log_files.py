@@ -39,6 +39,7 @@ class EnvironmentLog:
         # the text of a second is kept, since formatting the text for each line is slow
         second, microseconds = divmod(self._clock.now_us(), MICROSECONDS)
         if second != self._second:
+            # UTC for virtual times, so that a run has equal files in each time zone
             calendar = time.gmtime(second) if self._clock.is_virtual else time.localtime(second)
             self._second, self._second_text = second, time.strftime("%Y-%m-%d %H:%M:%S", calendar)
         self._file.write(

@@ -14,7 +14,7 @@ from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_ros2cx.cx.log_files import EnvironmentLog
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS
-from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_plugin_class, locate_error, read_class_name
+from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_plugin_maker, locate_error, read_class_name
 from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class CxManager(EnvironmentManager):
-    """The environments and plug-ins of a node.
+    """The environments and plug-ins of a node. In this manager, the features of the base class are plug-ins.
 
     :param context: the state that all plug-ins share.
     :param log_folder: the folder for the log files of the environments; None for no files.
@@ -54,7 +54,9 @@ class CxManager(EnvironmentManager):
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
         """Create an environment without its plug-ins.
 
-        :raises CxbridgeError: if the name is taken or a parameter of the environment is invalid.
+        :param log_component: the component of its lines in the log; by default the name.
+        :raises CxbridgeError: if the name is taken, a parameter of the environment is invalid, or its
+            log file is not writable.
         """
         if name in self._managed_environments:
             # the text of the ROS 2 CX, with its misspelling
@@ -91,7 +93,7 @@ class CxManager(EnvironmentManager):
     def load_plugins(self, name: str) -> None:
         """Load the plug-ins of an environment in the order of the parameters.
 
-        :raises CxbridgeError: if a plug-in is unknown or its parameters are invalid.
+        :raises CxbridgeError: if the list of plug-ins is invalid, or in the cases of :meth:`request`.
         """
         self.plugin_log.info(f"Loading plugins for {name}.")
         for plugin_name in self.context.parameters.get_strings(f"{name}.plugins"):
@@ -100,11 +102,11 @@ class CxManager(EnvironmentManager):
     def request(self, name: str, feature_name: str) -> Value:
         """Load a plug-in into an environment; return FALSE if that fails.
 
-        :raises CxbridgeError: if a plug-in or a parameter is invalid and the manager is strict.
+        :raises CxbridgeError: if the plug-in cannot be created and the manager is strict.
         """
         env, functions_by_plugin = self.find(name), self._managed_environments[name].functions
         try:
-            plugin = self._get_plugin(feature_name)
+            plugin = self._provide_plugin(feature_name)
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
             located_error = locate_error(feature_name, error)
             if self.is_strict:
@@ -136,11 +138,11 @@ class CxManager(EnvironmentManager):
             return False
         return True
 
-    def _get_plugin(self, plugin_name: str) -> CxPlugin:
+    def _provide_plugin(self, plugin_name: str) -> CxPlugin:
         """Return a plug-in; the first request creates the plug-in."""
         if plugin_name not in self.plugins:
             class_name = read_class_name(plugin_name, self.context.parameters)
-            plugin = find_plugin_class(plugin_name, class_name, self.context)(plugin_name, self.context)
+            plugin = find_plugin_maker(plugin_name, class_name, self.context)(plugin_name, self.context)
             self.plugin_log.info(f"Created plugin: {plugin_name} of type {class_name} on activation")
             plugin.initialize()
             self.plugins[plugin_name] = plugin
@@ -151,7 +153,7 @@ class CxManager(EnvironmentManager):
         return tuple(self._loaded_plugins[name])
 
     def destroy_context(self, name: str, feature_name: str) -> None:
-        """Unload a plug-in from an environment; in this manager, features are plug-ins.
+        """Unload a plug-in from an environment.
 
         :raises ClipsError: if the environment lacks the plug-in.
         """
@@ -197,7 +199,7 @@ class CxManager(EnvironmentManager):
         env.destroy()
 
     def close(self) -> None:
-        """Destroy all environments and finalize all plug-ins."""
+        """Destroy all environments, finalize all plug-ins, leave ROS and close the log files."""
         super().close()
         self.finalize_plugins()
         self.context.ros.close()
@@ -208,7 +210,7 @@ class CxManager(EnvironmentManager):
 def read_environment_names(context: NodeContext) -> tuple[str, ...]:
     """Return the environment names in the parameters.
 
-    :raises ConfigError: if the list is missing, is empty or repeats a name.
+    :raises ConfigError: if the list is missing, is empty, or has a repeated or invalid name.
     """
     parameters = context.parameters
     names = parameters.get_strings(ENVIRONMENTS)

@@ -52,6 +52,7 @@ class CxNode(Executive):
     def _remember_first_error(self, event: Event) -> None:
         assert isinstance(event, LogLine)
         if event.level is Level.ERROR and not self._first_error:
+            # not empty, since an empty text means that there is no error
             self._first_error = event.text.strip().partition("\n")[0] or "an empty line"
 
     @property
@@ -84,7 +85,10 @@ class CxNode(Executive):
             )
 
     def activate(self) -> bool:
-        """Load the plug-ins of each environment, then reset and run each environment."""
+        """Load the plug-ins of each environment, then reset and run each environment.
+
+        :returns: True: this transition of a managed node always succeeds.
+        """
         self.manager.log.info(f"Activating [{self._node_name}]...")
         if self._was_active:  # the plug-ins define their functions and templates again
             for name in self.environment_names:
@@ -166,7 +170,10 @@ class CxNode(Executive):
         """Do nothing: agents have their own templates, so the executive knows no goals to follow."""
 
     def deactivate(self) -> bool:
-        """Run the shutdown rules and unload the plug-ins; the environments stay."""
+        """Run the shutdown rules and unload the plug-ins; the environments stay.
+
+        :returns: True: this transition of a managed node always succeeds.
+        """
         self.manager.log.info(f"Deactivating [{self._node_name}]...")
         self._is_active = False
         # the environments of the parameters first, in their order, then the environments created at run time

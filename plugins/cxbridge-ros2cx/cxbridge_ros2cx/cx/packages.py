@@ -23,6 +23,7 @@ from cxbridge_ros2cx.cx.cmake import CMakeCommand, find_installed_entries, read_
 _INDEX: Final = "share/ament_index/resource_index"
 _PACKAGE_RESOURCE: Final = "packages"
 _PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
+# the command that declares a plug-in with linked protobuf messages: its class, then its .proto files
 _LINKED_PLUGIN_COMMAND: Final = "cx_generate_linked_protobuf_plugin_from_proto"
 # the name in a package.xml; without such a name, the folder of the file is not a package
 _PACKAGE_NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
@@ -81,7 +82,7 @@ class SourceTree:
 
     @cached_property
     def path(self) -> Path:
-        """The prefix: a cache folder of this tree, or a temporary folder if the cache is not writable."""
+        """The prefix: a cache folder of this tree, or a temporary folder if the cache cannot be made."""
         cache_root = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
         # 12 digits are enough to tell the trees of a user apart
         tree_digest = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
@@ -132,7 +133,7 @@ class SourceTree:
         return self.packages.get(package, self.root) / name
 
     def find_proto_files(self, class_name: str) -> list[Path]:
-        """Return the .proto files of the plug-in that a package's CMakeLists.txt declares."""
+        """Return the .proto files of a plug-in's class that the CMakeLists.txt of a package declares."""
         name = class_name.removeprefix("cx::")
         return [
             self.packages[package] / file_path
@@ -185,6 +186,7 @@ class Packages:
         return None if prefix is None else prefix.find_share_folder(package)
 
     def find_proto_files(self, class_name: str) -> list[Path]:
+        """Return the .proto files of a plug-in's class, in the first prefix that has any; may be empty."""
         return next(filter(None, (prefix.find_proto_files(class_name) for prefix in self.prefixes)), [])
 
     def has_file(self, package: str, name: str) -> bool:
@@ -229,6 +231,7 @@ def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
 
 def _find_installed_prefixes(folder: Path) -> list[Path]:
     """Return the prefixes of a workspace or an installation; empty without a build."""
+    # colcon installs all packages into the folder install, or each package into a folder below
     candidates = (folder, folder / "install", *sorted((folder / "install").glob("*")))
     return [path for path in candidates if (path / _INDEX).is_dir()]
 

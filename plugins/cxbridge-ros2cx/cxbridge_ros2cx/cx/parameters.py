@@ -23,6 +23,7 @@ NODE_NAME: Final = "clips_manager"
 ENVIRONMENTS: Final = "environments"  # parameter with the names of the environments
 
 _SECTION: Final = "ros__parameters"
+# a number with or without a point and an exponent, infinity, or NaN
 _FLOAT: Final = re.compile(r"[+-]?((\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?|\.(inf|Inf|INF))\Z|\.(nan|NaN|NAN)\Z")
 
 Scalar = bool | int | float | str
@@ -70,14 +71,16 @@ class NodeParameters:
         ]
         name = f"/{NODE_NAME}"
         # a launch file may rename the node: the section with the parameter `environments` is its section
-        manager_patterns = [pattern for pattern, node in sections if _has_environments(node)]
+        manager_patterns = [
+            pattern for pattern, parameter_map in sections if _has_environments(parameter_map)
+        ]
         if not any(_matches_node(pattern, name) for pattern in manager_patterns):
             name = next((pattern for pattern in manager_patterns if "*" not in pattern), name)
         # later sections of a file override earlier ones
         parameters: dict[str, Parameter] = {}
-        for pattern, node in sections:
+        for pattern, parameter_map in sections:
             if _matches_node(pattern, name):
-                parameters.update(_flatten(node, ""))
+                parameters.update(_flatten(parameter_map, ""))
         return cls(file, parameters, name)
 
     def __iter__(self) -> Iterator[tuple[str, Parameter]]:
@@ -85,7 +88,7 @@ class NodeParameters:
         yield from self._parameters.items()
 
     def set_default(self, name: str, value: Scalar) -> None:
-        """Set a parameter that the file does not have."""
+        """Set a parameter, unless the file has the parameter."""
         self._parameters.setdefault(name, Parameter(value, Mark(str(self.file))))
 
     def find(self, name: str) -> Parameter | None:
@@ -127,11 +130,15 @@ class NodeParameters:
         return Mark(str(self.file)) if parameter is None else parameter.mark
 
 
-def _find_sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
-    """Yield each node name or name pattern with its map of parameters."""
-    if not isinstance(node, YamlMap):
+def _find_sections(content: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
+    """Yield each node name or name pattern with its map of parameters.
+
+    :param content: the YAML below the path.
+    :raises ConfigError: if a node name is not a string, or the parameters are not a map.
+    """
+    if not isinstance(content, YamlMap):
         return
-    for key, value in node.pairs:
+    for key, value in content.pairs:
         if not isinstance(key, YamlScalar):
             raise key.mark.error("the name of a node must be a string")
         if key.text != _SECTION:
@@ -150,13 +157,16 @@ def _matches_node(pattern: str, name: str) -> bool:
     return len(tokens) == len(patterns) and all(map(fnmatch.fnmatchcase, tokens, patterns))
 
 
-def _has_environments(node: YamlMap) -> bool:
-    return any(isinstance(key, YamlScalar) and key.text == ENVIRONMENTS for key, _ in node.pairs)
+def _has_environments(parameter_map: YamlMap) -> bool:
+    return any(isinstance(key, YamlScalar) and key.text == ENVIRONMENTS for key, _ in parameter_map.pairs)
 
 
-def _flatten(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
-    """Yield the parameters below a map, each with its full name."""
-    for key, value in node.pairs:
+def _flatten(parameter_map: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
+    """Yield the parameters below a map, each with its full name.
+
+    :raises ConfigError: if a name is not a string, or a value is empty or invalid.
+    """
+    for key, value in parameter_map.pairs:
         if not isinstance(key, YamlScalar):
             raise key.mark.error("the name of a parameter must be a string")
         name = f"{prefix}{key.text}"
@@ -172,9 +182,9 @@ def _flatten(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
             yield name, Parameter(_read_scalar(value), value.mark)
 
 
-def _read_list(name: str, node: YamlList) -> tuple[Scalar, ...]:
+def _read_list(name: str, yaml_list: YamlList) -> tuple[Scalar, ...]:
     values: list[Scalar] = []
-    for item in node.items:
+    for item in yaml_list.items:
         if not isinstance(item, YamlScalar):
             raise item.mark.error(f"the parameter '{name}' must be a list of scalars")
         values.append(_read_scalar(item))
@@ -187,10 +197,10 @@ def _read_list(name: str, node: YamlList) -> tuple[Scalar, ...]:
     return tuple(values)
 
 
-def _read_scalar(node: YamlScalar) -> Scalar:
+def _read_scalar(scalar: YamlScalar) -> Scalar:
     """Return the value as rcl_yaml_param_parser of ROS reads it: a quoted scalar is a string."""
-    text, lower_text = node.text, node.text.lower()
-    if not node.is_plain:
+    text, lower_text = scalar.text, scalar.text.lower()
+    if not scalar.is_plain:
         return text
     if lower_text in YAML_TRUE or lower_text in YAML_FALSE:
         return lower_text in YAML_TRUE

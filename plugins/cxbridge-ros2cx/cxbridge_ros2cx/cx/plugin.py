@@ -169,8 +169,8 @@ def read_class_name(plugin: str, parameters: NodeParameters) -> str:
     return class_name
 
 
-def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
-    """Return the Python class that stands in for a C++ class.
+def find_plugin_maker(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
+    """Return the Python class that stands in for a C++ class, or a function that makes objects of the class.
 
     :raises ConfigError: if no class stands in for the C++ class.
     """

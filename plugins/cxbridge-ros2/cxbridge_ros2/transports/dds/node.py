@@ -242,7 +242,8 @@ class DdsNode(Node):
             if reader not in self._readers:
                 continue  # a callback has closed the reader
             for sample in reader.entity.take(N=_MAX_SAMPLES):
-                if hasattr(sample, "cdr"):  # a sample without data reports the end of a writer
+                # a sample without data reports the end of a writer; a callback may have closed the reader
+                if hasattr(sample, "cdr") and reader in self._readers:
                     has_received = True
                     reader.handle_sample(sample)
         return has_received

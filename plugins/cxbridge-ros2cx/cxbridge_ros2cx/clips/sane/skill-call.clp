@@ -13,6 +13,7 @@
   (bind ?skill-string (map-action-skill ?name ?param-names ?param-values))
   (bind ?words (skill-words ?param-values))
   (bind ?id (sym-cat ?name "_" (gensym*)))
+  ; logwarn, as in the executive of the thesis
   (printout logwarn "Calling skill '" ?name " " ?words "' mapped to '" ?skill-string "'" crlf)
   (call-skill-execution ?id ?name ?words ?skill-string ?agent)
   (assert (skill (id ?id) (name (sym-cat ?name)) (parameters ?words) (skill-string ?skill-string)

@@ -34,19 +34,21 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 NODE_NAME: Final = "/pddl_manager"
-MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; additional goals are rejected
+# goals that may wait for the planner, since peers decide how many they send; additional goals are rejected
+MAX_WAITING_GOALS: Final = 64
 
 # errors with the texts of the ROS 2 CX
 _UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
 _UNKNOWN_TYPE: Final = "Type not in instance"
 
-# actions that start within this time of the first action of a class are in that equivalence class
+# actions that start within this time of the first action of a class are in that equivalence class, as in the
+# ROS 2 CX
 _MAX_CLASS_GAP_S: Final = 0.1
 
 # the starts of expressions, statements and comments of jinja2
 _TEMPLATE_MARKS: Final = ("{{", "{%", "{#")
 
-Fields = Mapping[str, Any]
+Fields = Mapping[str, Any]  # fields of a response; missing fields have the defaults of their types
 
 
 class PddlManager(GoalHandler, Closing):
@@ -309,7 +311,7 @@ def _add_times(actions: Iterable[PlannedAction], problem_name: str, goal_name: s
     """Yield a plan's actions with times; actions that start at about the same time are equivalent."""
     class_number, class_start_s = 0, 0.0
     for number, action in enumerate(actions):
-        # in a plan without times, one action starts each second
+        # a plan without times gets steps of a second, so that its actions are in different classes
         start_s = float(number) if action.start is None else action.start
         if start_s - class_start_s > _MAX_CLASS_GAP_S:
             class_number, class_start_s = class_number + 1, start_s
@@ -323,7 +325,10 @@ def _add_times(actions: Iterable[PlannedAction], problem_name: str, goal_name: s
 
 
 def _read_template(folder: Path, name: str) -> str:
-    """Return the text of a file, rendered if the file is a jinja2 template; empty for an empty name."""
+    """Return the text of a file, rendered if the file is a jinja2 template; empty for an empty name.
+
+    :raises PddlError: if the file is unreadable, or a template that is invalid or needs a missing jinja2.
+    """
     if not name:
         return ""
     file = folder / name

@@ -33,7 +33,7 @@ from cxbridge.executive.pddl.ast import (
     names_of,
     pairs_of,
 )
-from cxbridge.executive.pddl.printer import format_formula
+from cxbridge.executive.pddl.printer import format_formula, format_number
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.pddl.tokens import blank_comments
 from cxbridge.executive.pddl.types import TypeHierarchy
@@ -41,6 +41,7 @@ from cxbridge.executive.problem.truth import KnownState
 
 BASE_GOAL: Final = "base"  # the name of the goal that each problem has from the start
 
+# the requirements that a domain may use without declaring them
 _REQUIREMENTS: Final = (
     ":strips :typing :negative-preconditions :disjunctive-preconditions :equality :quantified-preconditions"
     " :conditional-effects :fluents :numeric-fluents :durative-actions :adl"
@@ -82,7 +83,7 @@ class ManagedProblem:
     """
 
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
-        self.domain = domain = parse_domain(_declare_all_requirements(domain_text), file)
+        self.domain = domain = parse_domain(_declare_requirements(domain_text), file)
         self.objects: dict[str, str] = dict(pairs_of(domain.constants))
         self.fluents: dict[Ground, None] = {}  # the true fluents; a dict keeps their order
         self.functions: dict[Ground, float] = {}
@@ -109,7 +110,8 @@ class ManagedProblem:
         """Return a fluent or function with its arguments.
 
         :param declared_parameters: the parameters of the declared predicates or functions.
-        :raises PddlError: if the predicate or function is not declared, or an argument is not an object.
+        :raises PddlError: if the predicate or function is not declared, or the arguments do not fit: their
+            number differs from the declaration, or one is not an object.
         """
         if name not in declared_parameters:
             raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared_parameters)}")
@@ -127,21 +129,21 @@ class ManagedProblem:
     def add_fluent(self, name: str, arguments: Sequence[str]) -> None:
         """Make a fluent true.
 
-        :raises PddlError: if the predicate or an object is unknown.
+        :raises PddlError: if the predicate is unknown, or the arguments do not fit.
         """
         self.fluents[self._make_ground(name, arguments, self._predicate_parameters)] = None
 
     def remove_fluent(self, name: str, arguments: Sequence[str]) -> None:
         """Make a fluent false.
 
-        :raises PddlError: if the predicate or an object is unknown.
+        :raises PddlError: if the predicate is unknown, or the arguments do not fit.
         """
         self.fluents.pop(self._make_ground(name, arguments, self._predicate_parameters), None)
 
     def set_function(self, name: str, arguments: Sequence[str], value: float) -> None:
         """Set the value of a function.
 
-        :raises PddlError: if the function or an object is unknown.
+        :raises PddlError: if the function is unknown, or the arguments do not fit.
         """
         self.functions[self._make_ground(name, arguments, self._function_parameters)] = value
 
@@ -180,7 +182,12 @@ class ManagedProblem:
     def _bind_arguments(
         self, action: str, arguments: Sequence[str]
     ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
-        """Return the condition and the effect of an action, and the values of its variables."""
+        """Return the condition and the effect of an action, and the arguments by variable.
+
+        The condition and the effect may be None: the action has none.
+
+        :raises PddlError: if the action is unknown, or the arguments do not fit.
+        """
         action_definition = next(
             (known_action for known_action in self.domain.actions if known_action.name == action), None
         )
@@ -194,9 +201,9 @@ class ManagedProblem:
         )
 
     def find_unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
-        """Return the unsatisfied start conditions of an action.
+        """Return the unsatisfied start conditions of an action, in unified-planning's notation.
 
-        :raises PddlError: if the action or an object is unknown.
+        :raises PddlError: if the action is unknown, or the arguments do not fit.
         """
         condition, _, bindings = self._bind_arguments(action, arguments)
         known_state = KnownState(self.fluents, self.functions, self.find_objects)
@@ -209,7 +216,8 @@ class ManagedProblem:
     def list_action_changes(self, action: str, arguments: Sequence[str]) -> Iterator[FluentChange]:
         """Yield the changes that an action makes.
 
-        :raises PddlError: if the action or an object is unknown, or an effect is conditional.
+        :raises PddlError: if the action is unknown, the arguments do not fit, or an effect has no value or is
+            neither a fluent nor a function, such as a conditional effect.
         """
         _, effect, bindings = self._bind_arguments(action, arguments)
         known_state = KnownState(self.fluents, self.functions, self.find_objects)
@@ -252,7 +260,7 @@ class ManagedProblem:
     def add_goal_fluent(self, goal: str, name: str, arguments: Sequence[str]) -> None:
         """Add a fluent to a goal.
 
-        :raises PddlError: if the goal, the predicate or an object is unknown.
+        :raises PddlError: if the goal or the predicate is unknown, or the arguments do not fit.
         """
         self._make_ground(name, arguments, self._predicate_parameters)  # raises for unknown names
         self.find_goal(goal).formulas.append(Atom(name, tuple(map(Constant, arguments))))
@@ -260,28 +268,31 @@ class ManagedProblem:
     def add_goal_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
         """Add a function value to a goal.
 
-        :raises PddlError: if the goal, the function or an object is unknown.
+        :raises PddlError: if the goal or the function is unknown, or the arguments do not fit.
         """
         self._make_ground(name, arguments, self._function_parameters)  # raises for unknown names
         self.find_goal(goal).formulas.append(
-            TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), Constant(f"{value:g}"))
+            TermComparison(
+                "=", FunctionTerm(name, tuple(map(Constant, arguments))), Constant(format_number(value))
+            )
         )
 
     def filter_problem(self, goal: str, name: str) -> tuple[Domain, Problem]:
         """Return the domain and the problem of a goal, with the filters of the goal applied.
 
         :param name: the name of the returned problem.
+        :raises PddlError: if the goal is unknown.
         """
         managed_goal, domain = self.find_goal(goal), self.domain
 
         def is_ground_kept(ground: Ground) -> bool:
-            name, arguments = ground
-            return _is_kept(name, managed_goal.kept_fluents) and all(
+            fluent_name, arguments = ground
+            return _is_kept(fluent_name, managed_goal.kept_fluents) and all(
                 _is_kept(argument, managed_goal.kept_objects) for argument in arguments
             )
 
         if managed_goal.kept_actions:
-            # the changed domain has no source text, so planners get a printed text without the other actions
+            # the changed domain has no source text, so planners get a printed text of the kept actions
             domain = domain.changed(
                 actions=tuple(action for action in domain.actions if action.name in managed_goal.kept_actions)
             )
@@ -303,14 +314,17 @@ def _is_kept(name: str, kept_names: tuple[str, ...]) -> bool:
     return not kept_names or name in kept_names
 
 
-def _declare_all_requirements(text: str) -> str:
-    """Return a domain without comments, in lower case, that declares all requirements."""
+def _declare_requirements(text: str) -> str:
+    """Return a domain without comments, in lower case, that declares :data:`_REQUIREMENTS`."""
     text = _REQUIREMENTS_SECTION.sub("", blank_comments(text).lower())
     return _DOMAIN_HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", text, count=1)
 
 
 def _list_argument_names(terms: Sequence[Term], bindings: Binding = EMPTY_BINDING) -> tuple[str, ...]:
-    """Return the objects of terms; a variable without a value and a function term are no objects."""
+    """Return the names of the objects that terms stand for.
+
+    A variable without a value has its own name instead, a function term an empty name.
+    """
     return tuple(
         bindings.get(term.name, term.name) if isinstance(term, Variable) else getattr(term, "name", "")
         for term in terms

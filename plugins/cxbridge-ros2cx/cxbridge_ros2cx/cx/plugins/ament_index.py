@@ -28,7 +28,11 @@ def _refuse_empty(function: Callable[..., Value]) -> Callable[..., Value]:
 
 
 class AmentIndexPlugin(CxPlugin):
-    """Defines the functions ``ament-index-...``, which log an error and return FALSE if a lookup fails."""
+    """Defines the functions ``ament-index-...``.
+
+    For an empty argument or an unknown package, they log an error and return FALSE. For an unknown resource,
+    ``ament-index-get-resource`` returns FALSE without an error, as in the ROS 2 CX.
+    """
 
     def init_context(self, env: ClipsEnvironment) -> None:
         # types are the codes of CLIPS' AddUDF: any result (*), SYMBOLs or STRINGs as arguments (sy)
@@ -65,6 +69,7 @@ class AmentIndexPlugin(CxPlugin):
         return self._get_resources("packages")
 
     def _get_resource(self, kind: str, name: str) -> Value:
+        """Return the content and the prefix of a resource as a multifield; FALSE for an unknown resource."""
         resource = self.context.packages.find_resources(kind).get(name)
         if resource is None:
             return FALSE

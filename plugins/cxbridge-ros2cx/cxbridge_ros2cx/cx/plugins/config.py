@@ -30,7 +30,7 @@ _TEMPLATE: Final = (
 # a quoted or an unquoted key of a prefix; a quoted key may contain slashes
 _SEGMENT: Final = re.compile(r"'([^']*)'|([^/']+)")
 
-Slots = dict[str, Value]
+Slots = dict[str, Value]  # the slots of a fact `confval` by name
 
 
 class ConfigPlugin(CxPlugin):
@@ -104,6 +104,7 @@ def _make_map_slots(node: YamlNode | None, path: str, *, is_in_list: bool = Fals
     """Yield the slots of the facts for the values below a map; other nodes have none.
 
     :param is_in_list: whether a list contains the map; then each value is a string.
+    :raises ConfigError: if a value is null.
     """
     for key, value in node.pairs if isinstance(node, YamlMap) else ():
         name = key.text if isinstance(key, YamlScalar) else ""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ExamplePlugin(CxPlugin):
-    """Logs the creation and the end of each environment."""
+    """Logs when an environment loads or unloads the plug-in."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
         self.log.info(f"Initializing plugin for environment {env.name}")

@@ -36,7 +36,7 @@ class ExecutivePlugin(CxPlugin):
         return self.context.ros.full_name(_REFRESH_TOPIC)
 
     def initialize(self) -> None:
-        """Read the rate and start the timer."""
+        """Read the parameters, start the timer and announce the publisher if there is one."""
         self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
         self._timer = RefreshTimer(self.context.clock, read_period_us(self.name, self.parameters))
         self._environments: list[StockEnvironment] = []
@@ -103,9 +103,8 @@ def find_shortest_period_us(parameters: NodeParameters) -> int:
     """
     return min(
         (
-            read_period_us(
-                name.removesuffix(".plugin"), parameters
-            )  # PLUGIN.plugin names the plug-in's class
+            # the parameter PLUGIN.plugin has the plug-in's class
+            read_period_us(name.removesuffix(".plugin"), parameters)
             for name, parameter in parameters
             if parameter.value == CLASS_NAME and "." in name
         ),

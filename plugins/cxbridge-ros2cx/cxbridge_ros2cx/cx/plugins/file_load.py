@@ -39,7 +39,10 @@ class FileLoadPlugin(CxPlugin):
                     paths.append(path.resolve())
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the files, then execute the batch files."""
+        """Load the files, then execute the batch files.
+
+        :raises ClipsError: if a file does not load, or a batch file cannot be read.
+        """
         self.log.info(f"Initializing plugin for environment {env.name}")
         if self.context.is_inspection:  # the caller loads the files
             return

@@ -39,7 +39,10 @@ _BUILD_ERRORS: Final = {
 
 
 class FocusStackExecutivePlugin(ExecutivePlugin):
-    """Runs rules in passes until no rule fires; in the first pass of a tick there is a time fact."""
+    """Runs rules in passes until no rule fires.
+
+    With the parameter ``assert_time``, there is a time fact in the first pass of a tick.
+    """
 
     refresh_type = "std_msgs/msg/Int64"
 
@@ -116,7 +119,8 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
     def _run_pass(self, env: StockEnvironment, stack: list[str], limit: int) -> int:
         """Focus on each module of the stack and run its rules; return the number of fired rules.
 
-        :param limit: the maximum number of firings, which only counts for an empty stack; -1: no limit.
+        :param limit: the maximum number of firings for an empty stack; a negative number for no limit. As in
+            the ROS 2 CX, the modules of a stack run without a limit.
         """
         if not stack:
             env.refresh_agenda()
