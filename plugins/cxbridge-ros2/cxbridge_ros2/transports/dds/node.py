@@ -113,8 +113,9 @@ class DdsNode(Node):
         self._reach = reach or read_discovery_range()
         if problem := find_security_problem():
             self.complain("security", problem)
-        self._leave_domain = enter_domain(number, self._reach)
+        self._leave_domain: Callable[[], None] = lambda: None  # until the domain is entered
         try:
+            self._leave_domain = enter_domain(number, self._reach)
             self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_PARTICIPANT_USER_DATA)))
         except DDSException as error:
             self._leave_domain()
