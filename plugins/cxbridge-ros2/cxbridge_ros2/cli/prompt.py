@@ -31,8 +31,10 @@ def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
     :param command: the only command; None for the input lines.
     :returns: the worst exit status of a command; 0 if all commands were carried out.
     """
-    node_settings, worst_status = NodeSettings.parse(settings, Path(), "the terminal"), 0
+    node_settings = NodeSettings.parse(settings, Path(), "the terminal")
     definitions = node_settings.load_definitions(TYPE_DEFINITIONS)
+    worst_status = 0
+    # all rights, since this node serves no requests of other nodes
     with node_settings.join(
         "cxbridge_terminal", definitions, lambda text: complain(CxbridgeError(text)), ALL_RIGHTS
     ) as node:

@@ -157,4 +157,4 @@ UPDATE_TOPIC_AND_TYPE: Final = ("/problem_expert/update_notify", "std_msgs/msg/E
 # The topic with the whole knowledge.
 KNOWLEDGE_TOPIC_AND_TYPE: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
 
-TOPIC_DEPTH: Final = 100  # queue depth of both topics
+TOPIC_DEPTH: Final = 100  # queue depth of both topics, as in PlanSys2
