@@ -33,7 +33,7 @@ def read_domain_id() -> int:
 def read_discovery_range(default_range: str = "localhost") -> str:
     """Return ``ROS_AUTOMATIC_DISCOVERY_RANGE`` in lower case; ``localhost`` if ``ROS_LOCALHOST_ONLY`` is 1.
 
-    :param default_range: the range if neither variable is set.
+    :param default_range: the range if neither variable names one.
     """
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":  # the older variable wins, as in Jazzy's RMWs
         return "localhost"

@@ -219,7 +219,7 @@ class RclpyNode(Node):
         return service_class
 
     def _check_fields(self, type_name: TypeName, sourced_class: Any) -> None:
-        """Raise an error if a sourced type has other fields than our definition.
+        """Raise `Ros2Error` if a sourced type has other fields than our definition.
 
         CDR contains no names of fields, so that messages of another type would be misread.
         """

@@ -20,6 +20,7 @@ _COMMAND: Final = re.compile(r"\b(\w+)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
 # a quoted argument, which may contain escaped quotes, or an unquoted argument
 _ARGUMENT: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"]+)')
 _VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
+# the kinds of sources that exist without a build
 _INSTALL_KINDS: Final = ("DIRECTORY", "FILES", "PROGRAMS")
 # keywords that end the list of sources in an install command
 _END_KEYWORDS: Final = frozenset(

@@ -108,7 +108,7 @@ class CxNode(Executive):
         return True
 
     def _shut_down(self) -> bool:
-        self.env.quit_requested = True
+        self.env.quit_requested = True  # the run ends after the loop
         return True
 
     def load_core(self) -> None:

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 _REQUEST_ID: Final = struct.Struct("<Qq")  # the id of the client, and the number of the request
 
 _PROBE_PERIOD_S: Final = 0.2  # time between two probes of a reader, chosen freely
-# Time after which a client waits for no proof: a reader that acknowledges nothing counts as having found the
-# writer, and readers whose ids match no writer of responses count as readers of servers.
+# Time after which a client no longer waits for a proof: a reader that acknowledges nothing counts as having
+# found the writer, and readers whose ids match no writer of responses count as readers of servers.
 _INTRODUCTION_TIMEOUT_S: Final = 2.0
 
 _CDR_HEADER_BYTES: Final = 4  # the encapsulation header before the payload
@@ -168,7 +168,7 @@ class DdsClient(Client):
     def server_numbers(self) -> frozenset[int]:
         """The handles of the request readers of servers that are present, as the module says.
 
-        Without a proof for a server, :data:`_INTRODUCTION_TIMEOUT_S` must pass.
+        A server whose presence cannot be proved counts as present after :data:`_INTRODUCTION_TIMEOUT_S`.
         """
         if self._response_writers is None:
             return frozenset()  # the client is closed

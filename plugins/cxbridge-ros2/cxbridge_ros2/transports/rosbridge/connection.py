@@ -26,7 +26,8 @@ CONNECTION_LOST: Final = {"op": ""}  # stands in the inbox for the loss of the c
 _HANDSHAKE_TIMEOUT_S: Final = 5.0  # time limit of the WebSocket handshake
 _RETRY_PERIOD_S: Final = 1.0  # time between two attempts to connect, or to add to a full inbox
 _STOP_TIMEOUT_S: Final = 5.0  # time limit of the end of the thread
-_NAME_KEYS: Final = ("op", "id", "topic", "service", "action")  # keys whose values must be texts or numbers
+# Keys whose values must be texts or numbers, since the node looks the values up in dicts.
+_NAME_KEYS: Final = ("op", "id", "topic", "service", "action")
 
 # Limit of a message in bytes after decompression, enough for an image of 1920 x 1080 pixels. A larger message
 # ends the connection, which is restored.

@@ -281,7 +281,7 @@ class PddlManager(GoalHandler, Closing):
         goal_text = f"for the goal '{goal_name}' of '{name}'"
         self._log.info(f"Start planning {goal_text}...")
         if self._planning is None:
-            self._planning = PlanningService(at_once=1)
+            self._planning = PlanningService(at_once=1)  # plan_waiting_goals plans one goal after another
         try:
             domain, problem = self._find_problem(name).filter_problem(goal_name, f"{name}_{goal_name}")
         except PddlError as error:
