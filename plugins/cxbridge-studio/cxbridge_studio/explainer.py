@@ -55,7 +55,7 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
 
 
 def mistakes(options: RunOptions) -> Sequence[str]:
-    """Return the errors that the check finds in an agent with which a run starts."""
+    """Return the errors that the check finds in the agents of a run that has started, each as a text."""
     from cxbridge_studio.check.findings import shorten_path  # noqa: PLC0415
     from cxbridge_studio.check.start_errors import find_errors  # noqa: PLC0415
 
@@ -63,14 +63,14 @@ def mistakes(options: RunOptions) -> Sequence[str]:
 
 
 def place_of_action(files: Sequence[Path], action: str) -> str:
-    """Return the position in an agent's files where an action is put into a plan, ``FILE:LINE``."""
+    """Return the position ``FILE:LINE`` where an action is put into a plan; empty if no file names it."""
     from cxbridge_studio.explain.source_positions import SourcePositions  # noqa: PLC0415
 
     return SourcePositions(files).find_action_position(action)
 
 
 def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
-    """Return the events that a stuck agent waits for; empty if time alone may activate a rule."""
+    """Return a text with the events that a stuck agent waits for; empty if time alone may activate a rule."""
     from cxbridge_studio.explain.timed_rules import has_timed_rule  # noqa: PLC0415
 
     if has_timed_rule(agent):

@@ -15,19 +15,19 @@ from cxbridge_studio.explain.explanation import Explanation
 from cxbridge_studio.explain.goal_story import RULES_THAT_COULD, GoalStory, GoalStoryWriter
 
 _MAX_WIDTH: Final = 90  # limit of an event's text in columns, so that the rules to its right stay on a screen
-_TIME_WIDTH: Final = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
-# The end of a cause before a deeper cause: the former outcomes, which have other causes, and the kind of the
-# missing rule. A headline omits this end, because the root cause says more.
+_TIME_WIDTH: Final = 11  # the columns before an event's text: 9 of the time, and 2 blanks
+# The end of a cause's text that a headline omits if a deeper cause follows: the former outcomes have other
+# causes, and the root cause says more than what the goal waits for.
 _OMITTED_END: Final = re.compile(r"(; before that, it was [^:]*?)?(, and waits.*)?$")
-_WHY_RULE: Final = " ('cxbridge why RULE' explains each)"  # a hint that the page replaces by links
+_WHY_RULE: Final = " ('cxbridge why RULE' explains each)"  # a hint for people; the page has links instead
 _MAX_HEADLINE_CAUSES: Final = 3  # limit of the causes in a headline, counted from the root cause
 
 
 def explain_goals(evidence: Evidence, name: str, rule_count: int) -> Explanation:
-    """Explain the goals with a name: an id, a class, or ``CLASS#NUMBER``.
+    """Explain the goals with a name, as :func:`~cxbridge.history.model.find_goals` finds them.
 
     :param rule_count: the number of rules to show before each step of a single goal.
-    :raises CxbridgeError: if there is no such goal.
+    :raises CxbridgeError: if there is no such goal, or the name is only the beginning of several ids.
     """
     writer = GoalStoryWriter(evidence)
     goals = writer.goals.find_goals(name, latest_only=evidence.is_time_chosen)
@@ -51,13 +51,14 @@ def explain_goals(evidence: Evidence, name: str, rule_count: int) -> Explanation
 
 
 def explain_actions(evidence: Evidence, name: str) -> Explanation:
-    """Explain the plan-actions with a name: ``GOAL/ID``, or ``GOAL/ACTION``.
+    """Explain the plan-actions with a name: ``GOAL/ID`` or ``GOAL/ACTION``; without ``GOAL/``, of any goal.
 
-    :raises CxbridgeError: if there is no such plan-action.
+    :raises CxbridgeError: if there is no such plan-action or goal, or the goal's name is only the beginning
+        of several ids.
     """
     writer = GoalStoryWriter(evidence)
     stories = [writer.write_action_story(goal, action) for goal, action in writer.goals.find_actions(name)]
-    # An id may be used again, so several plan-actions may have the name: the latest is the headline.
+    # Several plan-actions may have the name, because ids are used again: the headline is about the latest.
     lines = [_make_cause_headline(stories[-1].cause), f"in {evidence.where}"]
     for story in stories:
         lines += ["", f"action {story.action} of {story.goal}", story.cause.text]
@@ -82,7 +83,11 @@ def drop_root_marks(value: Any) -> Any:
 
 
 def _make_goals_headline(stories: Sequence[GoalStory], where: str) -> str:
-    """Return the report in one line: the state of the goal and the root cause, or the number of goals."""
+    """Return the report in one line.
+
+    For a single goal, the line has the state and the root cause; for several goals, their number, and the
+    same about the first goal that has not completed.
+    """
     if len(stories) == 1:
         return _make_goal_headline(stories[0])
     summary = f"{format_count(len(stories), 'goal')} of class {stories[0].goal_class} in {where}"
@@ -95,12 +100,15 @@ def _make_goals_headline(stories: Sequence[GoalStory], where: str) -> str:
 
 
 def _make_goal_headline(story: GoalStory) -> str:
-    """Return the state of a goal and the root cause in one line."""
+    """Return the state of a goal in one line; unless the goal has completed, with the root cause."""
     return story.cause.text if story.is_completed else _make_cause_headline(story.cause)
 
 
 def make_blocker_headline(story: GoalStory) -> str:
-    """Return the story of a goal in one line: the blocked action or sub-goal of a waiting goal leads."""
+    """Return the story of a goal in one line, which begins with what blocks a waiting goal.
+
+    This is the action or sub-goal whose cause is the root cause.
+    """
     path = [story.cause, *_find_cause_path(story.cause)]
     effects = [*takewhile(lambda cause: not cause.root, path)]
     is_blocked = story.waits and 1 < len(effects) < len(path)

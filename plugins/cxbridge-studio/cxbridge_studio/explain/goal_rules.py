@@ -21,20 +21,22 @@ MAX_RULES: Final = 5  # limit of the listed rules
 
 # The weights of the slots that a pattern names: the class says more than all other slots together.
 _SLOT_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
-# The start of the functions that plan for a goal: their plan moves the goal to EXPANDED.
+# The start of a call of a function that plans for a goal: the plan moves the goal to EXPANDED.
 _PLANNING_CALL: Final = "(planner-plan"
-_MIN_LIKENESS: Final = 0.7  # the minimum similarity with which a class counts as a misspelling
+# The minimum similarity with which a class counts as a misspelling; chosen freely, stricter than MIN_LIKENESS
+# of suggestions.
+_MIN_LIKENESS: Final = 0.7
 
 
 def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
-    """Return the rules that can change a goal's mode, at most :data:`MAX_RULES`, the most specific first.
+    """Return the names of the rules that can change a goal's mode, at most :data:`MAX_RULES`.
 
-    A rule changes the mode itself, or calls a planner.
+    The most specific rule comes first. A rule changes the mode itself, or calls a planner.
 
     :param texts: the defrules by name.
     :param slots: the class, sub-type and mode of the goal.
     """
-    rules = []
+    ranked_names = []
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
@@ -50,12 +52,12 @@ def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str])
                 if isinstance(ce, PatternCE) and (ce.variable or is_planning)
             )
             if specificity := max((_compute_specificity(ce, slots) for ce in patterns), default=0):
-                rules.append((-specificity, name))
-    return [name for _, name in sorted(rules)][:MAX_RULES]
+                ranked_names.append((-specificity, name))
+    return [name for _, name in sorted(ranked_names)][:MAX_RULES]
 
 
 def find_missing_rule(rules: Iterable[MissingRule], slots: Mapping[str, str]) -> MissingRule | None:
-    """Return the first missing rule for goals of this class in this mode, or None.
+    """Return the first missing rule for goals of a class in a mode; None if there is none.
 
     :param slots: the class and mode of the goal.
     """
@@ -77,7 +79,7 @@ def find_missing_rule(rules: Iterable[MissingRule], slots: Mapping[str, str]) ->
 def find_misspelt_rules(
     texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
 ) -> Iterator[tuple[str, str]]:
-    """Yield the rules for goals in this mode that misspell the class, each with the misspelt class.
+    """Yield the rules for goals in a mode that misspell the class, each with the misspelt class.
 
     :param texts: the defrules by name.
     :param slots: the class and mode of the goal.
@@ -97,11 +99,12 @@ def find_misspelt_rules(
 
 
 def find_formulating_rules(texts: Mapping[str, str], name: str) -> list[str]:
-    """Return the rules that formulate goals of a class, or a goal with this id.
+    """Return the names of the rules that formulate goals with a name.
 
     :param texts: the defrules by name.
+    :param name: a class or an id of goals.
     """
-    # The goal's name follows the name of its slot, or the core's function that asserts a tree of goals.
+    # This name follows the name of a slot, or the core's function that asserts a tree of goals.
     formulation = re.compile(rf"\((?:class|id|goal-tree-assert-[\w-]+)\s+{re.escape(name)}(?![^\s()\"])")
     return [
         rule

@@ -71,7 +71,7 @@ class GoalStory:
     :param parent: the title of the parent, or its id if its goal is unknown; empty without a parent.
     :param number: the number of the goal within its class, from 1.
     :param cause: why the goal has its outcome, or why it waits.
-    :param waits: whether the goal has no outcome yet.
+    :param waits: whether the goal can still get an outcome: it has none, and its fact is not retracted.
     """
 
     goal: str
@@ -102,7 +102,8 @@ class ActionStory:
     """The states of a plan-action, with the cause of its outcome or of its wait.
 
     :param goal: the id and the class of the action's goal.
-    :param cause: the cause of the action's outcome or wait.
+    :param action: the id of the action.
+    :param cause: why the action has its outcome, or why it waits.
     """
 
     goal: str
@@ -176,14 +177,16 @@ class GoalStoryWriter:
         return ActionStory(goal.title, action.id, cause, moments)
 
     def find_outcome_cause(self, goal: GoalRecord) -> Cause:
-        """Return how a goal ended, with the reasons."""
-        # A goal that was formulated again after its end is open now.
+        """Return how a goal ended, with the reasons.
+
+        For a goal that was formulated again after its end, return its present mode without reasons.
+        """
         if goal.end_change is None and goal.former_end_changes:
             return Cause(self._describe_mode(goal))
         return Cause(self._describe_outcome(goal), tuple(self._find_outcome_causes(goal, {goal.name})))
 
     def is_waiting(self, goal: GoalRecord) -> bool:
-        """Return whether a goal has no outcome yet."""
+        """Return whether a goal can still get an outcome: it has none, and its fact is not retracted."""
         return goal.end_change is None and not self._is_retracted(goal)
 
     def _is_retracted(self, goal: GoalRecord) -> bool:
@@ -219,6 +222,7 @@ class GoalStoryWriter:
 
     @staticmethod
     def _describe_goal_change(goal: GoalRecord, index: int) -> str:
+        """Return the text of a goal's change, given by its index."""
         change, previous_change = goal.changes[index], goal.changes[index - 1]
         # A rule may give a goal a parent after the goal was formulated.
         if index and previous_change.mode == change.mode and previous_change.parent != change.parent:
@@ -229,6 +233,7 @@ class GoalStoryWriter:
         return f"{change.mode}{outcome}{_describe_error(change)}"
 
     def _describe_action_change(self, action: PlanActionRecord, index: int) -> str:
+        """Return the text of an action's change; empty if the story omits the change."""
         state = action.changes[index].state
         is_last = index == len(action.changes) - 1
         if state not in _SHOWN_STATES and not (is_last and state != "FORMULATED"):
@@ -242,6 +247,7 @@ class GoalStoryWriter:
 
     @staticmethod
     def _describe_child_change(child: GoalRecord, index: int) -> str:
+        """Return the text of a sub-goal's change; empty if the story of the parent omits the change."""
         change = child.changes[index]
         if index and child.changes[index - 1].mode == change.mode:
             return ""
@@ -273,7 +279,7 @@ class GoalStoryWriter:
         return f"; before that, it was {', '.join(ends)}" if ends else ""
 
     def _find_outcome_causes(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:
-        """Yield the causes of a goal's outcome, then the rule that ended the goal.
+        """Yield the causes of a goal's outcome, then the rule that ended the goal; none for an open goal.
 
         :param reported_names: the names of the goals whose outcomes are already in the tree.
         """
@@ -283,8 +289,8 @@ class GoalStoryWriter:
         if change.outcome == "COMPLETED":
             yield from self._find_completion_causes(goal)
         else:
-            # The most certain causes first: the goals that the error names, then the failed actions, then the
-            # last sub-goal that failed before the goal ended.
+            # Only the most certain kind of causes: the goals that the error names, else the failed actions,
+            # else the last sub-goal that failed before the goal ended, else the planner.
             yield from (
                 [
                     Cause(self._describe_outcome(culprit), self._find_deeper_causes(culprit, reported_names))
@@ -338,12 +344,12 @@ class GoalStoryWriter:
         skill_failures = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         time_text = self.format_time((skill_failures or action.changes)[-1].seq)
         link = self.goals.find_skill_link(action)
-        root_cause = "" if link is None else _describe_skill_end(link)
+        cause_text = "" if link is None else _describe_skill_end(link)
         if link is None or link.call.status == SKILL_FINAL:  # only the facts have the reason
-            rule_text = root_cause and f"{root_cause}, then a rule set the action to FAILED"
-            root_cause = self._root_cause_finder.find_action_cause(goal, action) or rule_text
+            rule_text = cause_text and f"{cause_text}, then a rule set the action to FAILED"
+            cause_text = self._root_cause_finder.find_action_cause(goal, action) or rule_text
         return Cause(
-            f"{_describe_action(action)} failed at {time_text}", tuple(_make_root_causes([root_cause]))
+            f"{_describe_action(action)} failed at {time_text}", tuple(_make_root_causes([cause_text]))
         )
 
     def _find_retraction_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
@@ -380,8 +386,8 @@ class GoalStoryWriter:
     def _find_wait_causes(self, goal: GoalRecord, depth: int, parent_depth: int = 0) -> Iterator[Cause]:
         """Yield the causes of a goal's wait other than the usual cause of its mode.
 
-        :param depth: the number of levels below the goal in question.
-        :param parent_depth: the number of levels above the goal in question.
+        :param depth: the number of levels by which this goal is below the explained goal; else 0.
+        :param parent_depth: the number of levels by which this goal is above the explained goal; else 0.
         """
         mode = goal.mode
         parent = self.goals.parent(goal)
@@ -398,7 +404,8 @@ class GoalStoryWriter:
         waits_for_parent = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
         if mode != "DISPATCHED" and not waits_for_parent:
             yield from _make_root_causes(self._root_cause_finder.find_wait_causes(goal))
-            # A sub-goal that is not selected waits for the rules of its parent.
+            # The rules for a goal above the explained goal are not listed. A sub-goal that is not selected
+            # waits for the rules of its parent.
             if not parent_depth and (not depth or mode != "FORMULATED"):
                 yield from self._find_rule_causes(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
@@ -493,7 +500,7 @@ def _describe_error(change: GoalChange) -> str:
 def _failed_in_last_attempt(child: GoalRecord, begin_seq: int, end_of_parent: GoalChange) -> bool:
     """Return whether a sub-goal failed in the last attempt of its parent, before the parent ended.
 
-    :param begin_seq: the number of the last event before the attempt; 0 for the first attempt.
+    :param begin_seq: the seq of the last change before the attempt; 0 for the first attempt.
     """
     change = child.end_change
     return (

@@ -33,7 +33,7 @@ class UnknownGoalError(CxbridgeError):
 class Goals:
     """The goals of a history, in order of appearance, with the events that belong to each.
 
-    :ivar all: the goals; the number of a goal is its index.
+    :ivar records: the goals; the number of a goal is its index.
     """
 
     def __init__(self, history: History) -> None:
@@ -72,7 +72,9 @@ class Goals:
     def find_actions(self, name: str) -> list[tuple[GoalRecord, PlanActionRecord]]:
         """Return the plan-actions with a name, ``GOAL/ID`` or ``GOAL/ACTION``, each with its goal.
 
-        :raises CxbridgeError: if no plan-action has this name.
+        Without ``GOAL/``, the plan-actions of all goals count.
+
+        :raises CxbridgeError: if no plan-action has this name, or :meth:`find_goals` refuses the goal's name.
         """
         goal_name, _, action_name = name.rpartition("/")
         matches = [
@@ -115,15 +117,15 @@ class Goals:
         :raises CxbridgeError: if the name is the beginning of several ids.
         """
         matches = find_goals(self.records, name)
-        stem = name.rpartition("#")[0]
+        unnumbered_name = name.rpartition("#")[0]
         if not matches:
             known_names = dict.fromkeys(word for goal in self.records for word in (goal.id, goal.goal_class))
-            members = self.find_class_members(stem)
+            members = self.find_class_members(unnumbered_name)
             size_text = f"the class has {format_count(len(members), 'goal')}" if members else ""
             hint = size_text or did_you_mean(name, known_names) or None
             raise UnknownGoalError(f"there is no goal '{name}'", hint=hint)
         # Goals that share only the beginning of their ids have nothing in common: the user must choose.
-        if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:
+        if not {matches[0].id, matches[0].goal_class} & {name, unnumbered_name} and len(matches) > 1:
             listed_names = ", ".join(goal.name for goal in matches[:_MAX_LISTED])
             raise CxbridgeError(f"several goals begin with '{name}'", hint=f"name one of: {listed_names}")
         return matches[-1:] if latest_only and matches[0].id == name else matches

@@ -74,7 +74,7 @@ def _add_brackets(position: str) -> str:
 
 
 def _describe_signals(agent: Run) -> Iterator[str]:
-    """Yield the initialisation entries that wait for a signal."""
+    """Yield a text about each initialisation entry that waits for a signal."""
     init_values = [*agent.config.search(f"/clips-executive/specs/{agent.spec}/init/")]
     for _, _, slots in agent.executive.env.facts("executive-init-request"):
         if slots["state"] == "WAIT-FOR":
@@ -88,7 +88,7 @@ def _describe_signals(agent: Run) -> Iterator[str]:
 
 
 def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
-    """Yield the open root goals, and the sub-goals whose sub-type has no rule."""
+    """Yield a text about each open root goal, and about each sub-goal whose sub-type has no rule."""
     env, goals = agent.executive.env, agent.executive.goals
     modes = read_allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
@@ -97,14 +97,14 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
         goal for goal in goals.open_goals.values() if not goal.is_root and goal.goal in texts_by_goal
     )
     for goal in (*goals.open_roots, *sub_goals):
-        is_mode = not modes or goal.mode in modes
+        is_known_mode = not modes or goal.mode in modes
         position = _add_brackets(positions.find_goal_position(classes.get(goal.goal, ""), goal.mode))
-        reason = texts_by_goal.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
+        reason = texts_by_goal.get(goal.goal, "") if is_known_mode else ", which is not a mode of goals"
         yield f"{goal.goal} is {goal.mode}{position}{reason}"
 
 
 def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
-    """Yield the unfinished plan-actions of open goals."""
+    """Yield a text about each unfinished plan-action of an open goal."""
     open_goals = agent.executive.goals.open_goals
     for _, _, slots in agent.executive.env.facts("plan-action"):
         if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
@@ -154,7 +154,7 @@ def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
 
 
 def _describe_empty_spec(agent: Run) -> Iterator[str]:
-    """Yield the position of the spec if its initialisation loads no file."""
+    """Yield a text with the position of the spec if its initialisation loads no file."""
     config, spec_path = agent.config, f"/clips-executive/specs/{agent.spec}"
     if any("/file" in value.path.removeprefix(spec_path) for value in config.search(f"{spec_path}/init")):
         return
@@ -164,7 +164,7 @@ def _describe_empty_spec(agent: Run) -> Iterator[str]:
 
 
 def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
-    """Return the missing fact of the first rule that asserts goals, and the probable misspelling."""
+    """Return texts about the first goal-asserting rule that lacks a fact: that fact, and a similar fact."""
     for rule in positions.find_goal_asserting_rules():
         if template := find_missing_template(agent.executive.env, rule):
             position = _add_brackets(_find_rule_position(agent, rule))
@@ -180,7 +180,7 @@ def _find_rule_position(agent: Run, rule: str) -> str:
 
 
 def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> Iterator[str]:
-    """Yield each interface that rules read and that has no writer."""
+    """Yield a text about each interface that rules read and that has no writer."""
     written_uids = {interface.uid for interface in agent.board.list_all() if interface.has_writer}
     for interface_type, interface_id in find_read_interfaces(agent.executive.env):
         uid = f"{interface_type}::{interface_id}"

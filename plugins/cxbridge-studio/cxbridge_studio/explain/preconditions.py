@@ -132,7 +132,7 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
         arguments.get(parameter, f"?{parameter}") if constant is None else constant
         for parameter, constant in zip(parameters, constants, strict=True)
     ]
-    # The facts of formulas have this predicate for `=`.
+    # In the facts of the PDDL domain, the predicate `=` has the name EQUALITY.
     return ("=" if predicate_name == "EQUALITY" else predicate_name, *terms)
 
 

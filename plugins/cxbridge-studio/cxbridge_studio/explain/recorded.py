@@ -32,6 +32,7 @@ from cxbridge_studio.recorded_state import EnvironmentFacts
 EXECUTIVE_ENVIRONMENT: Final = "executive"
 MAX_DIAGNOSTICS: Final = 1000  # the limit of the kept diagnostics of each environment
 
+# The component of the log lines of a CLIPS environment.
 _LOG_COMPONENT = re.compile(r"CLIPS \((.+)\)")
 # A diagnostic such as "agent.clp:12: defrule go is not defined: missing parenthesis [PRNTUTIL2]". The
 # lookahead rejects other lines at once: without it, each colon would be tried as the end of the file name, in
@@ -154,7 +155,12 @@ class RecordedEvidence(Evidence):
         return self._load_constructs().rulebook
 
     def take_snapshot(self, rule: str) -> Snapshot:
-        """Return a rule with the facts of the moment."""
+        """Return a rule with the facts of the moment.
+
+        :raises NoFactsError: if the recording has no facts.
+        :raises TraceError: if the recording has no CLIPS files.
+        :raises ClipsError: if there is no such rule, or it cannot be parsed.
+        """
         recorded_facts = self._past_events.facts.by_env.get(self._env)
         if recorded_facts is None:
             raise NoFactsError(
@@ -163,20 +169,22 @@ class RecordedEvidence(Evidence):
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
         snapshot = self._load_constructs().take_snapshot(rule, self._env, self.now_us)
-        names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
+        matched_names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
         facts = [
-            fact for fact in recorded_facts.values() if snapshot.needs_all_facts or fact.template in names
+            fact
+            for fact in recorded_facts.values()
+            if snapshot.needs_all_facts or fact.template in matched_names
         ]
         self.notes += [
             f"no fact of '{name}' was recorded: there was none, or it was not watched"
-            for name in sorted(names)
+            for name in sorted(matched_names)
             if not self.has_facts(name)
         ]
         if len(facts) > MAX_FACTS:
-            return replace(snapshot, uncopied_count=len(facts))
+            return replace(snapshot, uncopied_count=MAX_FACTS + 1)
         templates, rows = parse_rows(facts, snapshot.templates)
         if not snapshot.needs_all_facts:
-            templates = {name: template for name, template in templates.items() if name in names}
+            templates = {name: template for name, template in templates.items() if name in matched_names}
         if unreadable_count := len(facts) - len(rows):
             self.notes.append(f"{format_count(unreadable_count, 'fact')} of the recording cannot be read")
         return replace(snapshot, templates=templates, facts=tuple(rows))
@@ -198,12 +206,12 @@ class RecordedEvidence(Evidence):
 def _describe_ending(run: Run) -> str:
     """Return how a run ended; empty if its goals ended the run, or the recording does not tell."""
     status = run.exit_status() or 0
-    # Status 0 or 1 means that all goals were over: they had completed or failed.
     reason = run.metadata().get("reason", "")
-    # The run's own text about its time limit.
+    # The text with which a run reports its time limit.
     if match := re.match(r"(?s)not over: (?P<goals>.+) after (?P<limit>[\d.e+]+ s)(?P<details>.*)", reason):
         goals_text = match["goals"] + match["details"]
         return f"the time limit of {match['limit']} ended the run, and goals are open: {goals_text}"
+    # Status 0 or 1 means that all goals were over: they had completed or failed.
     return f"the run ended with status {status}: {reason}" if status > 1 else ""
 
 

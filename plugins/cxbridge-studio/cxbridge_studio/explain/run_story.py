@@ -96,7 +96,10 @@ class _RunStoryWriter:
         }
 
     def _make_untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
-        """Return the headline of a run without a failed goal, and without a goal that waits for no work."""
+        """Return the headline of a run in which no goal has failed, and no open goal waits in vain.
+
+        :param work: the sentences about the work under way; not empty if goals are open.
+        """
         if open_goals:
             further_count = len(open_goals) - 1
             further_goals = f" and {further_count} more {'goals' if further_count > 1 else 'goal'} are"
@@ -162,7 +165,7 @@ class _RunStoryWriter:
 
 def _has_failed(goal: GoalRecord) -> bool:
     """Return whether a goal has failed, now or before it was formulated again."""
-    return bool(goal.former_end_changes) or (
+    return any(change.outcome in _FAILURE_OUTCOMES for change in goal.former_end_changes) or (
         goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES
     )
 

@@ -68,9 +68,10 @@ def collect_scenario_evidence(
 ) -> Iterator[Evidence]:
     """Run a scenario up to a time or to its end, and yield the evidence of that moment.
 
-    :param at_s: the seconds since the start of the run; None for its end.
+    :param at_s: the seconds since the start of the run; None for its end or its time limit.
     :param env_or_agent: with a single agent, the name of a CLIPS environment; with several agents, the name
         of an agent, which is also the name of its environment. None for the executive's environment.
+    :raises CxbridgeError: if an option is invalid, the run cannot start, or the environment does not exist.
     """
     options.check()
     with make_run(options) as run:
@@ -81,7 +82,7 @@ def collect_scenario_evidence(
         start_us = run.clock.start_us
         end_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
         watched_rules = agent.executive.env.watcher.rules
-        history.has_firings = True
+        history.has_firings = True  # all firings are recorded, even if no rule fires
         with Interrupt(run.loop.stop, run.interrupt) as interrupt:
             # Watch all rules twice: first for the rules that fire during the start, then again because the
             # configuration, which the start reads, may have switched rules off.
@@ -120,11 +121,11 @@ def _find_agent(run: Run | Team, name: str | None) -> Run:
 
 
 def _is_done(run: Run | Team, interrupt: Interrupt, end_us: int) -> bool:
-    """Return whether the run is over, was interrupted, or has reached the end of the time."""
+    """Return whether the run is over, was interrupted or quit by all agents, or has no time left."""
     return (
         interrupt.is_signalled
         or run.is_over
         or all(agent.executive.env.quit_requested for agent in run.agents)
-        # the run is also done if its next loop would begin after the end
+        # The run is also done if its next loop would begin after the end.
         or run.clock.now_us() + run.loop.period_us > end_us
     )

@@ -18,9 +18,10 @@ _FIELD = re.compile(
 )
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
+# An index of 18 digits always fits into the 64 bits of CLIPS.
 _FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
 _FIRST_EXCESS_INTEGER = 2**63  # the first integer beyond the 64 bits of CLIPS
-# limit of an integer's digits: parsing takes quadratic time, and longer numbers never fit into 64 bits
+# The limit of an integer's digits: parsing takes quadratic time, and 64 bits need at most 19 digits.
 _MAX_DIGITS = 100
 
 
@@ -32,7 +33,10 @@ def parse_values(text: str) -> tuple[Value, ...]:
 
 
 def _parse_word(text: str) -> Value:
-    """Return the value of a text without quotes: a number, a fact address or a symbol."""
+    """Return the value of a text without quotes: a number, a fact address or a symbol.
+
+    An integer that does not fit into 64 bits becomes a float.
+    """
     if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _FIRST_EXCESS_INTEGER:
         return int(text)
     if _FLOAT.fullmatch(text):

@@ -16,7 +16,7 @@ from cxbridge_studio.agent.names import Name, NameKind, Use
 
 
 class SourcePositions:
-    """The positions of names in source files.
+    """The positions of names in source files, as ``FILE:LINE``; empty for a name that the files lack.
 
     :param files: the agent's files.
     """

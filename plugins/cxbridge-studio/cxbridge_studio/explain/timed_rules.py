@@ -40,6 +40,7 @@ def has_timed_rule(agent: Run) -> bool:
         return False
     env = agent.executive.env
     for name, text in read_rule_texts(env).items():
+        # These rules of the core fire in each cycle, without further effect.
         if f"({_TIME_TEMPLATE} " not in text or name in TICK_RULES:
             continue
         if name == _CONTROL_RULE and not _can_get_control(agent):
@@ -57,7 +58,7 @@ def find_missing_template(env: ClipsEnvironment, rule: str) -> str:
     return ""
 
 
-@lru_cache(maxsize=1024)  # each check of a run parses the same rules
+@lru_cache(maxsize=1024)  # each check of a run parses the same rules, of which an agent has hundreds
 def parse_rule_condition(text: str) -> tuple[CE, ...]:
     """Return the condition of a defrule's text; empty if the text is nested too deeply for the parser."""
     try:

@@ -40,24 +40,27 @@ class WaitingRules:
         """
         if rule in self._causes or len(self._causes) >= _MAX_RULES:
             return replace(cause, because=()) if (cause := self._causes.get(rule)) else None
-        self._causes[rule] = None
+        self._causes[rule] = None  # ends the recursion if rules make facts for one another
         with suppress(CxbridgeError):
             notes = [*self._evidence.notes]
             story = explain_rule(self._evidence, rule)
             self._evidence.notes[:] = notes  # the notes about a rule's facts belong to the rule's report
             if story.diagnosis is not None and story.diagnosis.failure is not None:
-                facts_of_ended_goals = (
+                ended_goal_causes = (
                     Cause(f"{miss.fact}: {self._outcomes[word]}")
                     for miss in story.diagnosis.failure.near
                     for word in re.findall(r"[^\s()]+", miss.fact)
                     if word in self._outcomes
                 )
-                because = (*self._explain_makers(story), *facts_of_ended_goals)
+                because = (*self._explain_makers(story), *ended_goal_causes)
                 self._causes[rule] = Cause(make_headline(story), because, RULE_ROOT)
         return self._causes[rule]
 
     def _explain_makers(self, story: RuleStory) -> Iterator[Cause]:
-        """Yield why the rules that would make the missing fact of a rule do not fire."""
+        """Yield why the rules that would make the missing fact of a rule do not fire.
+
+        If no other rule makes such a fact, this is the first cause.
+        """
         if (shortage := find_shortage(story)) is None:
             return
         template, slot, values = shortage

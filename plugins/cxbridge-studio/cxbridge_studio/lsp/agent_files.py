@@ -70,7 +70,7 @@ def _find_host_files(paths: RunPaths) -> Iterator[Path]:
         module_spec = find_spec(module)  # the folder of a feature's module has its CLIPS files
         if module_spec is not None and module_spec.origin is not None:
             yield from sorted(Path(module_spec.origin).parent.glob("*.clp"))
-    # as the feature `robot_memory` does: the file of a Fawkes checkout if the core comes from there (the
-    # folders of Fawkes' plug-ins are neighbours)
+    # Like the feature `robot_memory`, take the file of a Fawkes checkout if the core comes from there. The
+    # folders of Fawkes' plug-ins are neighbours.
     fawkes_file = paths.core_dir.parents[1] / "clips-robot-memory" / "robot-memory.clp"
     yield fawkes_file if fawkes_file.is_file() else CORE_DIR / "cx" / "robot-memory.clp"

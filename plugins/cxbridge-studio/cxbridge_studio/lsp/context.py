@@ -95,11 +95,11 @@ def _find_enclosing_template(text: str, heads: tuple[str, ...], starts: list[int
 
 def find_fact_template(text: str, variable: str) -> str:
     """Return the template of the fact that the preceding text binds to a variable; empty if unknown."""
-    name = re.escape(variable)
+    variable_pattern = re.escape(variable)
     patterns = (
-        rf"{name}\s*<-\s*\(\s*([^\s()]+)",  # pattern of a rule
-        rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
-        rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
+        rf"{variable_pattern}\s*<-\s*\(\s*([^\s()]+)",  # pattern of a rule
+        rf"\(bind\s+{variable_pattern}\s+\(assert\s+\(\s*([^\s()]+)",
+        rf"\(\s*{variable_pattern}\s+([^\s()?]+)\s*\)",  # member of a query
     )
-    # the last match is the binding that is nearest to the cursor
+    # Of the first pattern with a match, the last match is the binding that is nearest to the cursor.
     return next((str(matches[-1]) for pattern in patterns if (matches := re.findall(pattern, text))), "")

@@ -66,7 +66,10 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
 
 
 def _describe_construct(definition: FileMention) -> Iterator[str]:
-    """Yield the condition of a rule, the head of a function, or the text of another construct."""
+    """Yield the code, the documentation and the comment of a construct; the latter two may be empty.
+
+    The code is the condition of a rule, the head of a function, or the text of another construct.
+    """
     file, mention = definition
     placed_piece = file.piece_at(mention.start)
     if placed_piece is None:
@@ -89,7 +92,7 @@ def _format_function_head(function: SyntaxNode) -> str:
 
 
 def _find_documentation(construct: SyntaxNode) -> str:
-    """Return the documentation string after the name of a construct."""
+    """Return the documentation string after the name of a construct; empty if there is none."""
     text = construct.arguments[1].text if len(construct.arguments) > 1 else ""
     return text.strip('"') if text.startswith('"') else ""
 
@@ -166,7 +169,10 @@ def _summarize_uses(session: Session, name: Name) -> str:
 
 
 def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
-    """Return the innermost list around a definition; for a global variable, the rest of its line."""
+    """Return the innermost list around a definition; for a global variable, the rest of its line.
+
+    The text is empty in XML and outside of lists.
+    """
     start = file.text.rfind("(", 0, mention.start + 1)
     placed_piece = file.piece_at(mention.start)
     if placed_piece is None or start < placed_piece.start or file.path.endswith(".xml"):
@@ -182,7 +188,7 @@ def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
 def _find_trailing_comment(file: SourceFile, offset: int) -> str:
     """Return the CLIPS comment at the end of the line of an offset; empty if there is none."""
     line = file.text[offset:].partition("\n")[0]
-    # in a line with a string, a semicolon may be part of the string
+    # In a line with a string, a semicolon may be part of the string
     return line.partition(";")[2].strip() if ";" in line and '"' not in line else ""
 
 

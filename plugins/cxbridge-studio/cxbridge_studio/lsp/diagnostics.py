@@ -1,8 +1,8 @@
 """Finds the mistakes that the text of a file shows, while the user types.
 
-``cxbridge check`` also loads the saved files into CLIPS, in another process, which takes seconds. For changed
-files, the findings of this module replace the findings of that check that need only the text. Both have the
-same codes.
+``cxbridge check`` also loads the saved files into CLIPS, in another process, which takes seconds. Some of its
+findings need only the text of the files. For changed files, the findings of this module, which have the same
+codes, replace these.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from cxbridge_studio.lsp.session import AgentDefinitions, Session
 UNKNOWN_NAME_CODES: Final = frozenset(
     {UNKNOWN_TEMPLATE, UNKNOWN_SLOT, UNKNOWN_FUNCTION, UNKNOWN_GLOBAL, changes.UNKNOWN_SLOT}
 )
-# the names of the codes whose findings need only the text of the files
+# The names of the codes whose findings need only the text of the files
 TEXT_CODES: Final = frozenset(
     code.name
     for code in (
@@ -44,6 +44,7 @@ TEXT_CODES: Final = frozenset(
     )
 )
 
+# Uses of the slots of a fact that a variable refers to. Unknown slots have a code of their own there.
 _VARIABLE_USES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
@@ -75,13 +76,13 @@ def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
 
 
 def _find_unclosed(session: Session, file: SourceFile) -> Iterator[TextFinding]:
-    slots = session.find_definitions(file.path).slots | {
+    slots_by_template = session.find_definitions(file.path).slots | {
         name: set(names) for name, names in session.knowledge.templates.items()
     }
     for placed_piece in file.pieces:
         if not placed_piece.piece.is_closed:
             description = describe_unclosed(
-                placed_piece.piece.text, placed_piece.start, file.lines, file.text, slots
+                placed_piece.piece.text, placed_piece.start, file.lines, file.text, slots_by_template
             )
             end = file.text.find("\n", description.start)
             end = placed_piece.end if end < 0 else min(end, placed_piece.end)
@@ -101,19 +102,19 @@ def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFind
         for index, mention in enumerate(placed_piece.piece.mentions):
             problem, name = None, mention.name.text
             if mention.name.kind is NameKind.SLOT:
-                problem = _check_slot(session, definitions, mention)
+                problem = _find_slot_problem(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
                 functions = definitions.find_names(NameKind.FUNCTION) | session.knowledge.functions.keys()
-                problem = _check_defined(UNKNOWN_FUNCTION, f"function '{name}'", name, functions)
+                problem = _find_definition_problem(UNKNOWN_FUNCTION, f"function '{name}'", name, functions)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
-                problem = _check_defined(
+                problem = _find_definition_problem(
                     UNKNOWN_GLOBAL,
                     f"global variable ?*{name}*",
                     name,
                     definitions.find_names(NameKind.GLOBAL),
                 )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
-                problem = _check_template(session, definitions, placed_piece, index)
+                problem = _find_template_problem(session, definitions, placed_piece, index)
             if problem is not None:
                 start, end = placed_piece.start + mention.start, placed_piece.start + mention.end
                 yield TextFinding(problem.code, start, end, problem.message, problem.hint)
@@ -127,33 +128,35 @@ class _Problem(NamedTuple):
     hint: str
 
 
-def _check_template(
+def _find_template_problem(
     session: Session, definitions: AgentDefinitions, placed_piece: PlacedPiece, index: int
 ) -> _Problem | None:
     """Return the problem of an undefined template; None for a defined template and for ordered facts.
 
-    :param index: the index of the template among the mentions of the piece; its slots follow.
+    :param index: the index of the template among the mentions of the piece; its first slot follows, if any.
     """
     mention = placed_piece.piece.mentions[index]
     name = mention.name.text
     if name in definitions.slots or name in session.knowledge.templates or name == "object":
-        return None  # `object` is the pattern of CLIPS for instances of classes
+        return None  # a pattern `object` matches instances of classes
     next_mentions = placed_piece.piece.mentions[index + 1 : index + 2]
-    slots = [
+    slot_mentions = [
         next_mention
         for next_mention in next_mentions
         if next_mention.name.kind is NameKind.SLOT and next_mention.name.owner == name
     ]
-    if not slots or mention.use is Use.QUERIED:
+    if not slot_mentions or mention.use is Use.QUERIED:
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
-    if slots[0].name.text in session.knowledge.functions.keys() | definitions.find_names(NameKind.FUNCTION):
+    if slot_mentions[0].name.text in session.knowledge.functions.keys() | definitions.find_names(
+        NameKind.FUNCTION
+    ):
         return None  # a call: (assert (total (+ 1 2))) asserts an ordered fact
     return _Problem(
         UNKNOWN_TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots)
     )
 
 
-def _check_slot(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
+def _find_slot_problem(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
     name, owner = mention.name.text, mention.name.owner
     slots = definitions.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
     if not slots or name in slots or mention.use is Use.DEFINED:
@@ -163,7 +166,9 @@ def _check_slot(session: Session, definitions: AgentDefinitions, mention: Mentio
     return _Problem(code, f"the deftemplate '{owner}' has no slot '{name}'", hint)
 
 
-def _check_defined(code: Code, description: str, name: str, known_names: Collection[str]) -> _Problem | None:
+def _find_definition_problem(
+    code: Code, description: str, name: str, known_names: Collection[str]
+) -> _Problem | None:
     """Return the problem of an undefined name; None for a defined name.
 
     :param description: the kind and the name, for the message.

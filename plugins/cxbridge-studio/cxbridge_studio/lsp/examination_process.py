@@ -52,7 +52,7 @@ def examine(options: RunOptions) -> AgentKnowledge:
     """
     findings = [finding.to_json() for finding in check(options)]
     with Agent(replace(options, agent=find_agent_names(options)[0])) as agent:
-        # before the list of functions, which loads features, and so defines further deftemplates
+        # The deftemplates come first: listing the functions loads features, which define further ones.
         slots = {
             name: agent.eval_words(f"(deftemplate-slot-names {name})") for name in sorted(agent.deftemplates)
         }
@@ -65,23 +65,26 @@ def examine(options: RunOptions) -> AgentKnowledge:
         )
 
 
-def count_firings(run: Path) -> dict[str, int]:
+def count_firings(recording: Path) -> dict[str, int]:
     """Return the number of firings by rule in a recording; empty if the recording cannot be read."""
     recorded_use = RecordedUse()
     with suppress(CxbridgeError, OSError):
-        recorded_use.add(open_run(run), ENVIRONMENT)
+        recorded_use.add(open_run(recording), ENVIRONMENT)
     return dict(recorded_use.firings)
 
 
 def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
-    """Yield the functions of CLIPS, of the host and of all features that can be loaded."""
+    """Yield the functions of CLIPS, of the host and of all features that can be loaded, each with its name.
+
+    The functions that the agent's files define are left out. A name may come twice; the last counts.
+    """
     defined_names = {
         construct.name
         for file in agent.files
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    # deffunctions, too, since the host defines some
+    # CLIPS lists deffunctions and defgenerics separately, and the host defines some.
     for names in map(agent.eval_words, _FUNCTION_LIST_CALLS):
         for name in map(without_module, names):
             if name not in defined_names:

@@ -27,6 +27,7 @@ from cxbridge_studio.lsp.positions import path_to_uri
 from cxbridge_studio.lsp.server import AgentServer
 from cxbridge_studio.lsp.symbols import OutlineSymbol, find_symbols, make_outline
 
+# Editors ask for a completion after these characters.
 _TRIGGER_CHARACTERS: Final = ["(", "?", "*", ":", "{", '"']
 # patterns of the word before the cursor, which a completion replaces, by the suffix of the file
 _WORD_PATTERNS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}

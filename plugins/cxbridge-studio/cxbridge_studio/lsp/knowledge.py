@@ -46,7 +46,7 @@ class AgentKnowledge(Struct, frozen=True):
     :param templates: the slot names by deftemplate.
     :param findings: the findings of ``cxbridge check``, as in its JSON output.
     :param loaded_files: the paths of the CLIPS files that the spec loads.
-    :param firings: the number of firings by rule in the last recording.
+    :param firings: the number of firings by rule in the last recording; empty if there is none.
     :param recording: the file name of the recording; empty if there is none.
     :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
     :param error: the reason why the examination failed; empty if it succeeded.

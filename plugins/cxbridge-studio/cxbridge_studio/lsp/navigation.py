@@ -91,7 +91,8 @@ def find_renamed_mentions(session: Session, mention: Mention, new_name: str) -> 
 def check_renamable(session: Session, mention: Mention) -> None:
     """Check that a name can be renamed.
 
-    :raises CxbridgeError: if the name is fixed, undefined, or defined outside of the editor's folder.
+    :raises CxbridgeError: if code outside of the agent's files also uses the name, if no file defines it, or
+        if a file outside of the editor's folder defines it.
     """
     name = mention.name
     if name.kind in _FIXED_KINDS:

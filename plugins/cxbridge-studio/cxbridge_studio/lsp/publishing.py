@@ -23,6 +23,7 @@ _SEVERITIES: Final = {
     "warning": DiagnosticSeverity.Warning,
     "note": DiagnosticSeverity.Information,
 }
+# The text that a diagnostic marks, from the position of a finding on.
 _WORD: Final = re.compile(r"[^\s()]+|\(")
 
 
@@ -83,6 +84,7 @@ class FileFindings:
 def _convert_check_finding(
     file: SourceFile, finding: Mapping[str, Any], positions: PositionConverter
 ) -> Diagnostic:
+    # The line and the column of a finding may be 0, for the whole file.
     start = file.lines.position(max(finding["line"], 1), max(finding["column"], 1))
     word_match = _WORD.match(file.text, start)
     end = word_match.end() if word_match else start
@@ -98,7 +100,7 @@ def _convert_check_finding(
 def _find_text_diagnostics(
     session: Session, file: SourceFile, positions: PositionConverter
 ) -> Iterator[Diagnostic]:
-    """Yield the mistakes in a file's text.
+    """Yield a diagnostic for each mistake in a file's text.
 
     Without an agent, an unknown name is only a warning, because unread files may define the name.
     """

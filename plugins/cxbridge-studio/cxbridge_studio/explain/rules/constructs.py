@@ -89,9 +89,9 @@ class Constructs:
                         self._globals[variable.text.strip("?*")] = compact(expression.text)
 
     def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
-        """Return a rule without facts.
+        """Return the snapshot of a rule without facts.
 
-        :raises ClipsError: if there is no such rule.
+        :raises ClipsError: if there is no such rule, or it cannot be parsed.
         """
         if rule not in self.rule_texts:
             raise ClipsError(f"there is no rule '{rule}'")

@@ -26,8 +26,9 @@ class CECount:
     """A conditional element and its matches.
 
     :param alone: the number of facts that match the pattern of the CE; None if the CE is not a single
-        pattern, or if the pattern has variables of the CEs before it.
-    :param joined: the number of matches together with all CEs before it; None after a CE without a match.
+        pattern, if the pattern has variables of the CEs before it, or if the pattern cannot be matched.
+    :param joined: the number of matches together with all CEs before it; None if the CEs up to this one
+        cannot be matched, and after a CE without a match.
     """
 
     number: int
@@ -92,8 +93,9 @@ class Diagnosis:
 
     :param salience: the rule's salience: a number if known, else the source text; empty without salience.
     :param elements: the conditional elements.
-    :param failing: the number of the first CE that fails to match; 0 if the whole condition matches.
-    :param failure: why that CE has no match.
+    :param failing: the number of the first CE that fails to match; 0 if the whole condition matches, or if
+        the matches are not known.
+    :param failure: why that CE has no match; None without such a CE.
     :param matches: the number of complete matches; None if there are none or they are unknown.
     :param bases: the facts of the first complete matches.
     :param errors: CLIPS' messages during matching.

@@ -32,7 +32,10 @@ _SOURCE_NAMES: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicat
 
 
 def read_rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
-    """Return the rules of an environment. Call this between runs of its rules."""
+    """Return the rules of an environment. Call this between runs of its rules.
+
+    :param folders: the folders of the agent's files.
+    """
     return Rulebook(
         frozenset(name for name, _ in iterate_rules(env)),
         tuple(map(str, env.loader.files)),
@@ -56,7 +59,7 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int = MAX_FACTS) 
     """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
 
     :param max_facts: if there are more facts, none are copied.
-    :raises ClipsError: if there is no such rule.
+    :raises ClipsError: if there is no such rule, or it cannot be parsed.
     """
     rule_pointer = lib.FindDefrule(env.c_env, encode(rule))
     if rule_pointer == NULL:

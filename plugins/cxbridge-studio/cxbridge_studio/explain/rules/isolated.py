@@ -1,10 +1,11 @@
 """CLIPS environments restricted to pure functions, without access to the outside.
 
 The constructs of these environments may come from an untrusted recording, so they can call only the
-functions of :data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS or a shim adds is removed until it is
-listed here with a reason. (A shim replaces a function of CLIPS 6.4 to behave as in 6.30, the version of
-Fawkes.) No allowed function opens files, runs programs, reads input, prints, loads or builds constructs,
-evaluates text, changes facts, or calls into the process. See "A recording is data" in docs/security.md.
+functions of :data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS adds is removed until it is listed here
+with a reason. All shims except `seed` and `setgen` are allowed. (A shim replaces a function of CLIPS 6.4 to
+behave as in 6.30, the version of Fawkes.) No allowed function opens files, runs programs, reads input,
+prints, loads or builds constructs, evaluates text, changes facts, or calls into the process. See "A recording
+is data" in docs/security.md.
 """
 
 from __future__ import annotations

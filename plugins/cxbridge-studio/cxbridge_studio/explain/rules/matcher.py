@@ -132,7 +132,7 @@ class Matcher(Closing):
         return tuple(map(self._to_copied_value, value)) if isinstance(value, tuple) else value
 
     def _to_original_value(self, value: Value) -> Value:
-        """Return a value of this environment as a value of the snapshot."""
+        """Return a value of this environment as a value of the snapshot: facts as indices, 0 if unknown."""
         if isinstance(value, FactAddress):
             return FactRef(self._original_indices.get(int(lib.FactIndex(value.pointer)), 0))
         return tuple(map(self._to_original_value, value)) if isinstance(value, tuple) else value
@@ -144,23 +144,28 @@ class Matcher(Closing):
     def count(self, ces: Sequence[str]) -> Count:
         """Return the number of matches of conditional elements.
 
-        :raises ClipsError: if the elements are not a valid condition.
+        :raises ClipsError: if CLIPS rejects the condition, or a function fails.
         """
         return self._fire_probe(ces, "", MAX_MATCHES)
 
     def match_values(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
-        """Return the values of variables, named without ``?``, for each match of the elements.
+        """Return the values of variables for each match of the elements, up to a limit of matches.
 
         Facts are :class:`FactRef`.
 
-        :raises ClipsError: if the elements are not a valid condition or do not bind a variable.
+        :param names: the variables without ``?``.
+        :raises ClipsError: if CLIPS rejects the condition, a variable is unbound, or a function fails.
         """
         self._noted_values = []
         self._fire_probe(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)
         return self._noted_values
 
     def match_bases(self, ces: Sequence[str], limit: int) -> list[str]:
-        """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
+        """Return the facts of each match in the agenda's notation, with indices of the snapshot.
+
+        :param limit: the maximum number of matches to return.
+        :raises ClipsError: if CLIPS rejects the condition.
+        """
         self._build_probe(ces, "")
         bases = [self._restore_indices(basis) for _, _, basis in islice(read_activations(self._env), limit)]
         self._remove_probe()
@@ -182,13 +187,13 @@ class Matcher(Closing):
         output = self._env.output
         previous_sink = output.begin_error_capture()
         error = lib.Build(self._env.c_env, encode(f"(defrule {_PROBE_RULE} {' '.join(ces)} => {action})"))
-        text = output.end_error_capture(previous_sink)
-        messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
+        error_output = output.end_error_capture(previous_sink)
+        messages = [" ".join(match.split()) for match in _MESSAGE.findall(error_output)]
         if error != lib.BE_NO_ERROR:
             raise ClipsError(self._find_rejection_reason(messages))
         # CLIPS evaluates tests while it matches the facts, so errors of tests come from `Build`.
         self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
-        self._env.api.clear_halt()
+        self._env.api.clear_halt()  # after an error, CLIPS would end the run at its first rule
 
     def _find_rejection_reason(self, messages: list[str]) -> str:
         """Return why CLIPS rejects a condition, from its messages."""
@@ -203,7 +208,10 @@ class Matcher(Closing):
         lib.Undefrule(lib.FindDefrule(self._env.c_env, encode(_PROBE_RULE)), self._env.c_env)
 
     def _fire_probe(self, ces: Sequence[str], action: str, limit: int) -> Count:
-        """Fire the probe for each match up to a limit, and return the number of matches."""
+        """Fire the probe for each match up to a limit, and return the number of matches.
+
+        :raises ClipsError: if CLIPS rejects the condition, or a function fails.
+        """
         self._build_probe(ces, action)
         fired_count = self._env.run(limit)
         has_more = self._env.has_activations(1)

@@ -64,7 +64,7 @@ def explain_missing_rule(rule: str, rulebook: Rulebook) -> str:
     """Return why an environment lacks a rule that a file defines; empty if the reason is unknown."""
     # The last diagnostic counts: it is about the definition that would have replaced the earlier ones.
     for diagnostic in reversed(rulebook.diagnostics):
-        if diagnostic.construct.partition(" ")[2] == rule:
+        if diagnostic.construct == f"defrule {rule}":
             return f"it was refused when its file was loaded: {diagnostic}"
     if swallowed_reason := _explain_swallowed_rule(rule, rulebook):
         return swallowed_reason
@@ -84,7 +84,7 @@ def format_position(position: SourceLine) -> str:
 
 
 def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
-    """Return the position of a rule; the last position if several files define the rule."""
+    """Return the position of a rule, the last if several files define it; None if no file does."""
     position = None
     for file in dict.fromkeys(files):
         text = _read_text(file)

@@ -43,20 +43,20 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
     constraints = pattern.find_restrictive_constraints(prefix.bound_variables)
     sample = _Sample(matcher, prefix, max(1, MAX_PAIRS // len(rows)))
-    # the indices of the constraints that each pair satisfies
-    satisfied_slots: dict[_Pair, set[int]] = {
+    # The indices of the constraints that each pair satisfies.
+    satisfied_indices: dict[_Pair, set[int]] = {
         (key, row.index): set() for key in sample.values for row in rows
     }
-    compared_slots = [
+    compared_indices = [
         constraint_index
         for constraint_index, constraint in enumerate(constraints)
-        if _compare_slot(matcher, sample, pattern, constraint, constraint_index, satisfied_slots)
+        if _compare_slot(matcher, sample, pattern, constraint, constraint_index, satisfied_indices)
     ]
-    ranked_pairs = _rank_pairs(satisfied_slots)
-    best_slot_count = len(satisfied_slots[ranked_pairs[0]]) if ranked_pairs else 0
+    ranked_pairs = _rank_pairs(satisfied_indices)
+    best_slot_count = len(satisfied_indices[ranked_pairs[0]]) if ranked_pairs else 0
     chosen_keys: dict[int, _MatchKey] = {}
     for key, index in ranked_pairs:
-        if len(satisfied_slots[key, index]) == best_slot_count and len(chosen_keys) < MAX_NEAR:
+        if len(satisfied_indices[key, index]) == best_slot_count and len(chosen_keys) < MAX_NEAR:
             chosen_keys.setdefault(index, key)  # a fact is listed once, with its best partial match
     near_misses = []
     for index, key in chosen_keys.items():
@@ -65,7 +65,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         equally_near_matches = [
             values
             for other_key, values in sample.values.items()
-            if satisfied_slots[other_key, index] == satisfied_slots[key, index]
+            if satisfied_indices[other_key, index] == satisfied_indices[key, index]
         ]
         deviations = tuple(
             Deviation(
@@ -74,7 +74,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
                 *_describe_wanted(constraint, prefix, [sample.values[key], *equally_near_matches]),
             )
             for constraint_index, constraint in enumerate(constraints)
-            if constraint_index in compared_slots and constraint_index not in satisfied_slots[key, index]
+            if constraint_index in compared_indices and constraint_index not in satisfied_indices[key, index]
         )
         near_misses.append(
             NearMiss(snapshot.fact_text(row, {constraint.slot for constraint in constraints}), deviations)
@@ -82,24 +82,24 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     return MatchFailure(
         "pattern",
         pattern.text,
-        _describe_failure(prefix, sample, best_slot_count, len(compared_slots), near_misses),
+        _describe_failure(prefix, sample, best_slot_count, len(compared_indices), near_misses),
         tuple(near_misses),
     )
 
 
-def _rank_pairs(satisfied_slots: dict[_Pair, set[int]]) -> list[_Pair]:
+def _rank_pairs(satisfied_indices: dict[_Pair, set[int]]) -> list[_Pair]:
     """Return the pairs with the most satisfied slots first.
 
     Of pairs with the same number of slots, the pair whose slots fewer pairs satisfy comes first, then the
     pair with the later fact.
     """
-    counts = Counter(slot_index for slot_indices in satisfied_slots.values() for slot_index in slot_indices)
+    pair_counts = Counter(index for indices in satisfied_indices.values() for index in indices)
 
     def rank(pair: _Pair) -> tuple[int, float, int]:
-        slot_indices, (_, fact_index) = satisfied_slots[pair], pair
-        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), fact_index
+        indices, (_, fact_index) = satisfied_indices[pair], pair
+        return len(indices), sum(1 / pair_counts[index] for index in indices), fact_index
 
-    return sorted(satisfied_slots, key=rank, reverse=True)
+    return sorted(satisfied_indices, key=rank, reverse=True)
 
 
 def _describe_failure(
@@ -119,12 +119,12 @@ def _compare_slot(
     pattern: PatternCE,
     constraint: SlotConstraint,
     constraint_index: int,
-    satisfied_slots: dict[_Pair, set[int]],
+    satisfied_indices: dict[_Pair, set[int]],
 ) -> bool:
     """Record which pairs satisfy one slot, and return whether the slot can be compared.
 
     :param constraint_index: the index of the slot's constraint.
-    :param satisfied_slots: receives the index for each pair that satisfies the slot.
+    :param satisfied_indices: receives this index for each pair that satisfies the slot.
     """
     text = pattern.restricted_text(constraint, sample.prefix.bound_variables)
     try:
@@ -138,8 +138,8 @@ def _compare_slot(
         return False
     for *key, fact in matches:
         pair = (tuple(key), fact.index)
-        if pair in satisfied_slots:
-            satisfied_slots[pair].add(constraint_index)
+        if pair in satisfied_indices:
+            satisfied_indices[pair].add(constraint_index)
     return True
 
 
@@ -165,7 +165,7 @@ def _describe_wanted(
 
 
 class _Sample:
-    """The partial matches, or the first of them if there are many.
+    """The partial matches up to a limit.
 
     :ivar values: the values of all variables by name, by the facts of the partial match.
     :ivar texts: CEs that have only these partial matches.

@@ -21,13 +21,19 @@ _ORDERED_FIELDS = ""  # the key for the fields of an ordered fact, in place of t
 def parse_rows(
     changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
-    """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
+    """Return deftemplates by name, and the parsable facts, sorted by their indices.
+
+    The result has all known deftemplates, and those that are derived from the facts.
+
+    :param changes: the assertions of the facts.
+    :param templates: the known deftemplates by name.
+    """
     parsed_facts = [
         (change, slots)
         for change in changes
         if (slots := _parse_slots(change, templates.get(change.template))) is not None
     ]
-    # whether a slot is a multislot, by template and slot
+    # Whether a slot is a multislot, by template and slot.
     multislots_by_template: dict[str, dict[str, bool]] = {}
     for change, slots in parsed_facts:
         is_multislot_by_slot = multislots_by_template.setdefault(change.template, {})

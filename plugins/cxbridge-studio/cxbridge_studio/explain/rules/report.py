@@ -27,8 +27,12 @@ class RuleStory:
 
     :param where: the run and the time.
     :param position: the file and line of the rule; None if unknown.
-    :param missing_reason: why the rule does not exist; other fields are empty then.
-    :param activations_ahead: the activations before its first activation; None without an activation.
+    :param missing_reason: why the rule does not exist; empty if it exists. Of a rule that does not exist,
+        only the name, ``where``, this reason and the notes are set.
+    :param snapshot: the rule with its facts; None if the rule does not exist, or the facts are unknown.
+    :param diagnosis: the diagnosis of the snapshot; None without a snapshot.
+    :param activations_ahead: the activations before its first activation; None if the agenda, as far as it is
+        copied, has no activation of the rule.
     :param firings: the time in seconds since the start of the run, and the facts, of each firing; None if
         unknown.
     :param notes: remarks about the source.
@@ -50,7 +54,7 @@ class RuleStory:
 def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     """Explain why a rule has not fired.
 
-    :raises CxbridgeError: if the rule is unknown, or its facts cannot be copied.
+    :raises CxbridgeError: if there is no such rule, or the rules or the rule's facts cannot be read.
     """
     rulebook = evidence.read_rulebook()
     if rule not in rulebook.rules:
@@ -144,7 +148,11 @@ def make_headline(story: RuleStory) -> str:
 
 
 def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
-    """Return the template, the slot and the wanted values if only a fact with such a value is missing."""
+    """Return the template, the slot and the wanted values if the near misses differ in this slot alone.
+
+    The result is None without near misses, if they differ in several slots, or if the pattern does not list
+    the wanted values.
+    """
     near_misses = story.diagnosis.failure.near if story.diagnosis and story.diagnosis.failure else ()
     deviations = [deviation for miss in near_misses for deviation in miss.deviations]
     slots_and_constraints = {(deviation.slot, deviation.wanted) for deviation in deviations}
@@ -184,7 +192,7 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | 
     is_single = diagnosis.matches == Count(1)
     matches_text = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if activations:
-        # None if more activations come first than a snapshot lists.
+        # None if more activations come first than a snapshot copies.
         ahead = story.activations_ahead
         turn_text = "it is the next to fire" if ahead == () else "many other activations come first"
         if ahead:

@@ -20,9 +20,12 @@ from cxbridge_studio.explain.rules.diagnoser import diagnose, make_unknown_diagn
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-LIMIT_S: Final = 25.0  # the limit of real time for a diagnosis
+# The limit of real time for a diagnosis, chosen freely; less than the limit of the child's CPU time, so that
+# this process ends the child and says why.
+LIMIT_S: Final = 25.0
 
-MAX_MEMORY_BYTES: Final = 2 << 30  # the limit of the child's address space, in bytes
+# The limit of the child's address space; the amount is chosen freely.
+MAX_MEMORY_BYTES: Final = 2 << 30
 
 
 def diagnose_in_sandbox(snapshot: Snapshot) -> Diagnosis:

@@ -1,7 +1,7 @@
 """The process of one diagnosis: ``python -m cxbridge_studio.explain.rules.sandbox_process BYTES``.
 
 Standard input has a pickled :class:`Snapshot` from the parent process. The diagnosis is written to standard
-output as JSON, so that CLIPS can return only texts and numbers. Before matching, the process gives up the
+output as JSON, so that the parent receives only texts and numbers. Before matching, the process gives up the
 rights to open files and to start processes, and limits its memory and time.
 """
 
@@ -16,7 +16,8 @@ from typing import Final
 
 from cxbridge_studio.explain.rules.diagnoser import diagnose, make_unknown_diagnosis
 
-# The limit of CPU time in seconds, for the case that the parent dies and cannot kill the process.
+# The limit of CPU time, for the case that the parent dies and cannot kill the process; more than LIMIT_S of
+# the parent.
 MAX_CPU_S: Final = 30
 
 

@@ -15,7 +15,8 @@ from cxbridge.clipstext.values import Value, lone_value_text
 from cxbridge.executive.host.facts.copying import FactRow, FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
 
-# The limit of copied facts; beyond it, only CLIPS' own counts are available.
+# The limit of copied facts: copying as many stops the loop of a daemon for about 0.5 s. Beyond the limit, a
+# report has only CLIPS' own counts; of a recording, it has none.
 MAX_FACTS: Final = 50_000
 
 _MAX_FACT_LENGTH: Final = 200  # limit of the characters that a report shows of a fact
@@ -40,7 +41,8 @@ class Snapshot:
     """A rule and its facts.
 
     :param text: the defrule.
-    :param functions: the deffunctions in its condition, callees first.
+    :param templates: the deftemplates of the facts, by name.
+    :param functions: the texts of the deffunctions that its condition calls, directly or not; callees first.
     :param globals: the values of global variables.
     :param global_texts: the expressions of global variables with unknown values, in the order of definition.
     :param agenda: the first activations in order; None if unknown.
@@ -88,7 +90,10 @@ class Snapshot:
         return f"f-{row.index} {text}"
 
     def value_text(self, row: FactRow, slot: str, position: int) -> str:
-        """Return the value of a slot as text. An ordered fact has no slots, but a field at each position."""
+        """Return the value of a slot as text; ``missing`` if the fact lacks the slot or the field.
+
+        :param position: the index of the field, which counts instead of the slot in an ordered fact.
+        """
         template = self.templates[row.template]
         if template.slots is None:
             fields = row.values[0]
