@@ -96,9 +96,9 @@ class _RunStoryWriter:
         }
 
     def _make_untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
-        """Return the headline of a run in which no goal has failed, and no open goal waits in vain.
+        """Return the headline of a run in which no goal has failed, and work is under way if goals are open.
 
-        :param work: the sentences about the work under way; not empty if goals are open.
+        :param work: the sentences about the work.
         """
         if open_goals:
             further_count = len(open_goals) - 1

@@ -32,7 +32,7 @@ from cxbridge_studio.lsp.session import AgentDefinitions, Session
 UNKNOWN_NAME_CODES: Final = frozenset(
     {UNKNOWN_TEMPLATE, UNKNOWN_SLOT, UNKNOWN_FUNCTION, UNKNOWN_GLOBAL, changes.UNKNOWN_SLOT}
 )
-# The names of the codes whose findings need only the text of the files
+# The names of the codes whose findings need only the text of the files.
 TEXT_CODES: Final = frozenset(
     code.name
     for code in (
@@ -44,7 +44,7 @@ TEXT_CODES: Final = frozenset(
     )
 )
 
-# Uses of the slots of a fact that a variable refers to. Unknown slots have a code of their own there.
+# Uses of the slots of a fact that a variable refers to. Unknown slots have another code there.
 _VARIABLE_USES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 

@@ -135,7 +135,7 @@ class _Diagnoser:
                 branches = tuple(self._explain_element(previous_ces, branch) for branch in ce.items)
                 return MatchFailure("or", ce.text, "none of its branches matches", inner=branches)
         failure = self._explain_sequence(previous_ces, list(ce.items))
-        # An `and` has no failure of its own kind: the failure of the first CE without a match counts.
+        # For an `and`, the failure of the first CE without a match counts, with the kind of that CE.
         return replace(failure, kind="exists", text=ce.text) if ce.kind == "exists" else failure
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:

@@ -20,8 +20,8 @@ from cxbridge_studio.explain.rules.diagnoser import diagnose, make_unknown_diagn
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-# The limit of real time for a diagnosis, chosen freely; less than the limit of the child's CPU time, so that
-# this process ends the child and says why.
+# The limit of real time for a diagnosis; chosen freely. The child's limit of CPU time is larger, and matters
+# only if this process dies.
 LIMIT_S: Final = 25.0
 
 # The limit of the child's address space; the amount is chosen freely.

@@ -170,6 +170,10 @@ def test_overcome_failures_are_in_separate_part():
         *start_goal(0, "top1"),
         *start_goal(0, "b1", "top1"),
         goal(1, "b1", "FINISHED", "FAILED", parent="top1"),
+        # a sub-goal that is formulated again after it has completed has not failed
+        *start_goal(0, "c1", "top1"),
+        goal(1, "c1", "FINISHED", "COMPLETED", parent="top1"),
+        goal(1.5, "c1", "FORMULATED", parent="top1"),
         goal(2, "top1", "FINISHED", "COMPLETED"),
     ]
     story = explain_events(events, "run").json_report

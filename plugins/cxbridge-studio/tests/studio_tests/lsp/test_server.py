@@ -176,7 +176,7 @@ def test_hover_shows_rule_of_core(editor):
 
 
 def test_hover_over_comment_is_empty(editor):
-    assert editor.hover(GOALS, "said good bye") == ""
+    assert editor.hover(GOALS, "said goodbye") == ""
 
 
 # ---- completion
