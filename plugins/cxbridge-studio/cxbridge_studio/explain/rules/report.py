@@ -31,8 +31,8 @@ class RuleStory:
         only the name, ``where``, this reason and the notes are set.
     :param snapshot: the rule with its facts; None if the rule does not exist, or the facts are unknown.
     :param diagnosis: the diagnosis of the snapshot; None without a snapshot.
-    :param activations_ahead: the activations before its first activation; None if the agenda, as far as it is
-        copied, has no activation of the rule.
+    :param activations_ahead: the activations before its first activation; None if the snapshot has no
+        activation of the rule.
     :param firings: the time in seconds since the start of the run, and the facts, of each firing; None if
         unknown.
     :param notes: remarks about the source.
