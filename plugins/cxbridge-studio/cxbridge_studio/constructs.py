@@ -18,13 +18,16 @@ if TYPE_CHECKING:
 
 
 def iterate_rules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
-    """Yield the name and the pointer of each rule. Call this between runs of the rules."""
+    """Yield the name and the pointer of each rule of the current module, normally MAIN.
+
+    Call this between runs of the rules.
+    """
     for rule in items_of(lib.GetNextDefrule, env.c_env):
         yield decode(lib.DefruleName(rule)), rule
 
 
 def read_rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the texts of all rules by name, as the host rewrote them.
+    """Return the texts of the rules of :func:`iterate_rules` by name, as the host rewrote them.
 
     :mod:`cxbridge.executive.host.source` describes the rewriting. Call this between runs of the rules.
     """

@@ -47,8 +47,8 @@ def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> Non
         return
     _print_breakpoints(breakpoints)
     if stop is not None:
-        number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
-        say(f"stopped {stop['reason']}{number}")
+        breakpoint_note = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
+        say(f"stopped {stop['reason']}{breakpoint_note}")
         say(f"  fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
 
 
@@ -100,8 +100,10 @@ def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     """Let the rules of a daemon take a step, and wait for the end of the step.
 
     :param unit: the step: ``rule``, ``loop`` or ``transition``.
+    :param timeout_s: the limit for the daemon's reply, and for the end of the step.
     :returns: where the rules have stopped; empty if they do not stop in time.
-    :raises CxbridgeError: if the daemon has no executive, has ended, or refuses the request.
+    :raises NoAnswerError: if the daemon does not reply in time.
+    :raises CxbridgeError: if there is no daemon, or it has no executive, refuses the request or ends.
     """
     from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.daemon.client import OWNER, check_daemon, request

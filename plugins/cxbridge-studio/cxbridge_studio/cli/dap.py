@@ -23,7 +23,8 @@ def dap() -> int:
     from cxbridge_studio.dap.adapter import Adapter
     from cxbridge_studio.dap.wire import Wire
 
-    # printed text goes to standard error from here on, so that it does not mix with the protocol
+    # printed text goes to standard error from here on, so that it does not mix with the protocol; the source
+    # is unbuffered as Wire requires
     source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as sink:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

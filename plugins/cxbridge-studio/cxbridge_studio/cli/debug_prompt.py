@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MAX_ROWS: Final = 200  # limit of the printed rows of a listing
+_MAX_ROWS: Final = 200  # limit of the printed rows of a listing, chosen freely: a user reads all of them
 
 HELP: Final = """\
 c                               continue
@@ -57,7 +57,7 @@ class DebugPrompt(RunServer):
         self._agents: list[_PromptAgent] = []
         # the mistakes in the breakpoints of each initialised agent, by breakpoint
         self._mistakes: list[dict[str, ExecutiveError]] = []
-        self._is_quit = False
+        self._is_at_stop = False  # stays true if the run ends at a stop
 
     @contextmanager
     def serve(self, run: Run | Team) -> Iterator[None]:
@@ -71,9 +71,9 @@ class DebugPrompt(RunServer):
         for spec in self._specs:
             agent.debugger.add(spec)
         agent.debugger.on_stop = lambda stop: self._serve_stop(agent, stop)
-        agent.debugger.breakpoint_checker.on_mistakes = self._check_mistakes
+        agent.debugger.breakpoint_checker.on_mistakes = self._add_mistakes
 
-    def _check_mistakes(self, mistakes: BreakpointMistakes) -> None:
+    def _add_mistakes(self, mistakes: BreakpointMistakes) -> None:
         """Store the mistakes in the breakpoints of one agent, which are known after its initialisation.
 
         :raises ExecutiveError: if all agents are initialised, and none can reach a breakpoint.
@@ -87,7 +87,7 @@ class DebugPrompt(RunServer):
 
     def finish(self, result: RunResult) -> None:  # noqa: ARG002 - the same for each result
         """Report the breakpoints that the run has not reached."""
-        if self._is_quit:
+        if self._is_at_stop:  # the breakpoints may lie ahead
             return
         for point in dict.fromkeys(point for agent in self._agents for point in agent.debugger.breakpoints):
             if not any(agent.debugger.count_hits(point.number) for agent in self._agents):
@@ -95,10 +95,10 @@ class DebugPrompt(RunServer):
         self._out.flush()
 
     def _serve_stop(self, agent: _PromptAgent, stop: Stop) -> None:
-        """Execute commands until a command resumes the run, or the run is interrupted."""
+        """Execute commands until the run is resumed, by a command or the end of the input, or interrupted."""
         agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.run.executive.env
-        self._is_quit = True  # stays true if the run ends at this stop
+        self._is_at_stop = True
         while agent.debugger.stopped is not None:
             if self._commands.is_terminal:
                 self._out.write("(cxbridge) ")
@@ -107,15 +107,15 @@ class DebugPrompt(RunServer):
             if line is None:
                 if env.is_ended:
                     return
-                for other_agent in self._agents:  # the input has ended
-                    other_agent.debugger.clear()
+                for attached_agent in self._agents:  # the input has ended
+                    attached_agent.debugger.clear()
                 agent.debugger.go_on()
             elif line:
                 try:
                     agent.execute_command(line)
                 except CxbridgeError as error:
                     self._say(f"error: {error}")
-        self._is_quit = False
+        self._is_at_stop = False
         self._out.flush()
 
     def _say(self, *lines: str) -> None:
@@ -159,20 +159,23 @@ class _PromptAgent:
         execute_command(self._commands, line, "h lists all commands")
 
     def _execute_operation(self, name: str, **arguments: Any) -> Any:
-        """Execute an operation on the environment of this agent."""
+        """Execute an operation on the environment of this agent, and return its result."""
         return carry_out(self._context, name, **{"env": self.run.executive.env.name, **arguments})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
         seconds = (stop.time_us - self._start_us) / MICROSECONDS
-        number = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
+        breakpoint_note = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
         name = f"{self.run.name}: " if with_name else ""
         self._say(
-            f"{name}{seconds:.3f} s: stopped {stop.reason}{number}",
+            f"{name}{seconds:.3f} s: stopped {stop.reason}{breakpoint_note}",
             f"  fired last: {stop.rule or '-'}; next: {stop.next_rule or '-'}",
         )
 
     def _quit(self) -> None:
-        """End the run without firing further rules."""
+        """End the run without firing further rules.
+
+        :raises KeyboardInterrupt: always, so that the run ends as after Ctrl-C.
+        """
         self.run.interrupt()
         raise KeyboardInterrupt
 

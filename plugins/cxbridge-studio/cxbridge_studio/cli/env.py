@@ -173,8 +173,8 @@ def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
     Example: cxbridge env agenda executive
     """
     rows = [
-        {"salience": salience, "rule": rule, "facts": fact_list}
-        for salience, rule, fact_list in ask_daemon(url, "agenda", env=env)
+        {"salience": salience, "rule": rule, "facts": basis}
+        for salience, rule, basis in ask_daemon(url, "agenda", env=env)
     ]
     _say_rows(rows, lambda row: f"{row['salience']:6} {row['rule']}: {row['facts']}", as_json=as_json)
 
@@ -192,11 +192,12 @@ def evaluate(
 
     Example: cxbridge env eval executive '(get-strategy)'
     """
-    value = ask_daemon(url, "env-eval", env=env, expression=expression)
+    evaluation = ask_daemon(url, "env-eval", env=env, expression=expression)
     if as_json:
-        say_json(value, indent=2)
+        say_json(evaluation, indent=2)
         return
-    for line in (*value["output"], *filter(None, [value["text"]])):
+    # the text is empty if the expression has no value
+    for line in (*evaluation["output"], *filter(None, [evaluation["text"]])):
         say(line)
 
 

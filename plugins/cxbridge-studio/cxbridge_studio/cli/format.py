@@ -59,7 +59,7 @@ def _read_text(path: Path) -> str:
     try:
         text = path.read_bytes().decode("utf-8")
     except UnicodeDecodeError:
-        text = "\0"
+        text = "\0"  # refused below, as UTF-16
     if "\0" in text:  # UTF-16, too: ASCII letters in UTF-16 are valid UTF-8 with a NUL next to each letter
         raise CxbridgeError("it is not UTF-8 text", file=path, hint="save it as UTF-8 in the editor")
     return text

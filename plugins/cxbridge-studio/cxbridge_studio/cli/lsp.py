@@ -50,7 +50,9 @@ def lsp(
 
 
 def _check_options(options: _AgentOptions) -> None:
-    """Check the options before the editor sends its folder; the editor shows mistakes in the configuration.
+    """Check the options, so that the command ends at once if an option is invalid.
+
+    The configuration is not checked here: the server reports its mistakes to the editor.
 
     :raises CxbridgeError: if an option is invalid.
     """
@@ -64,7 +66,10 @@ def _check_options(options: _AgentOptions) -> None:
 
 
 def _to_json_value(value: Any) -> Any:
-    """Return an option as a JSON value: existing paths become absolute, and empty values stay empty."""
+    """Return the value of an option as a JSON value.
+
+    Existing paths become absolute, other values become texts, and empty values stay as they are.
+    """
     if isinstance(value, tuple):
         return [_to_json_value(item) for item in value]
     return str(value.resolve()) if isinstance(value, Path) and value.exists() else value and str(value)

@@ -45,7 +45,11 @@ def monitor(
 def _print_lines(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, *, as_json: bool
 ) -> bool:
-    """Print a line for each change, and return whether ``count`` lines were printed."""
+    """Print the present state and each later state that looks different, one on a line.
+
+    :param count: the number of lines after which to return; None without a limit.
+    :returns: whether ``count`` lines were printed; False after the deadline.
+    """
     from cxbridge.blackboard.following import Feed
     from cxbridge.skiller.calls import OWNER, SKILLER_TYPE
 
@@ -111,11 +115,11 @@ def graph(
     from cxbridge_studio.skill_graphs import fetch_graph, make_graph
 
     if url is None:
-        text = make_graph(skill, *files.find_folders(), space=files.space)
+        dot = make_graph(skill, *files.find_folders(), space=files.space)
     else:
         with connect(url, files.interface_dirs) as board:
-            text = fetch_graph(board, skiller, skill)
-    say_text(text, end="" if text.endswith("\n") else "\n")
+            dot = fetch_graph(board, skiller, skill)
+    say_text(dot, end="" if dot.endswith("\n") else "\n")
 
 
 def _format_state(change: InterfaceChange, *, as_json: bool) -> str:

@@ -73,7 +73,12 @@ def _repair_file(path: Path, output: Path | None, *, in_place: bool, dry_run: bo
 def _write_repair(
     file_repair: Repair, output: Path | None, *, in_place: bool
 ) -> tuple[Path | None, Path | None]:
-    """Write the repaired file; return its path and the path of the backup, each None without the file."""
+    """Write the repaired file, and return its path and that of the backup.
+
+    A file without damage is only copied to ``output``.
+
+    :returns: a path is None if its file is not written.
+    """
     if output is not None:
         file_repair.write_copy(output)
         return output, None

@@ -19,10 +19,10 @@ from cxbridge.run.options import RunOptions
 if TYPE_CHECKING:
     from cxbridge_studio.explain.evidence import Evidence
 
-_RUN = "run"  # the word in place of a name that explains the whole run
+_RUN = "run"  # the word that asks about the whole run, in place of a name
 _RUN_END = "end"  # the value of --at for the end of the run
 _EXECUTIVE = "executive"  # the name of the executive's CLIPS environment
-_ANSWER_TIMEOUT_S = 30.0  # the time limit of the daemon's answer
+_ANSWER_TIMEOUT_S = 30.0  # the time limit of the daemon's answer, chosen freely: an answer takes seconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +58,9 @@ class _AgentOptions:
     ] = "lua"
 
     def check_unused(self) -> None:
-        """Check that no option is given, since without a scenario the options have no effect.
+        """Check that all options have their defaults, since without a scenario the options have no effect.
 
-        :raises CxbridgeError: if an option is given.
+        :raises CxbridgeError: if an option has another value.
         """
         for field in fields(self):
             if getattr(self, field.name) != field.default:
@@ -135,9 +135,12 @@ def why(
 
 
 def _ask_daemon(
-    url: str, kind: str, name: str, rules: int, moment: str, env: str | None, *, as_json: bool
+    url: str, kind: str, name: str, rule_count: int, moment: str, env: str | None, *, as_json: bool
 ) -> int:
-    """Print the explanation of a daemon, and return the exit status."""
+    """Print the explanation of a daemon, and return the exit status.
+
+    :raises CxbridgeError: if a daemon cannot explain this moment, environment or name, or there is no daemon.
+    """
     from cxbridge.daemon.client import ask_why
 
     if moment != _RUN_END:
@@ -148,7 +151,7 @@ def _ask_daemon(
     if env not in (None, _EXECUTIVE):
         raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
     with connect(url, None) as board:
-        explanation = ask_why(board, name, kind, rules, _ANSWER_TIMEOUT_S)
+        explanation = ask_why(board, name, kind, rule_count, _ANSWER_TIMEOUT_S)
     if explanation is None:
         say(f"the daemon did not answer within {_ANSWER_TIMEOUT_S:g} s", err=True)
         return TIMED_OUT
@@ -168,7 +171,12 @@ def _print_explanation(lines: Sequence[str], json_report: object, *, as_json: bo
 def _open_evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
-    """Yield the evidence from a scenario, a recording, or a recording with the rules of a scenario."""
+    """Yield the evidence from a scenario, a recording, or a recording with the rules of a scenario.
+
+    :param run: the recording; None to run the scenario.
+    :param at_s: the moment to explain, in seconds since the start of the run; None for the end.
+    :param env: the CLIPS environment or the agent to explain; None for the executive's.
+    """
     from cxbridge_studio.explain.scenario import collect_scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
@@ -186,7 +194,12 @@ def _open_evidence(
 
 
 def _parse_words(words: list[str]) -> tuple[str, str, Path | None]:
-    """Return the kind, the name and the scenario from the words of the command; the kind may be empty."""
+    """Return the kind, the name and the scenario from the words of the command.
+
+    The kind is empty if it is not named, the name is empty for the whole run, and the scenario may be None.
+
+    :raises typer.BadParameter: if there are too many words.
+    """
     from cxbridge_studio.explain.answer import KINDS
 
     kind = ""
@@ -200,13 +213,16 @@ def _parse_words(words: list[str]) -> tuple[str, str, Path | None]:
 
 
 def _parse_moment(moment: str) -> float | None:
-    """Return the seconds of the option ``--at``; None for the end of the run."""
+    """Return the seconds of the option ``--at``; None for the end of the run.
+
+    :raises CxbridgeError: if the option is neither ``end`` nor a number of seconds.
+    """
     if moment == _RUN_END:
         return None
     try:
         seconds = float(moment)
     except ValueError:
-        seconds = -1.0
+        seconds = -1.0  # refused below, as other impossible times
     if not 0 <= seconds < float("inf"):  # false for NaN, too
         raise CxbridgeError(f"--at cannot be '{moment}'", hint="seconds since the start of the run, or end")
     return seconds

@@ -1,8 +1,8 @@
 """The debug adapter: executes the requests of one client, an editor, and sends events to the client.
 
-A thread reads the requests into a queue. The main thread executes them: before the run, between its loops
-(:meth:`Adapter.handle_queued_requests`) and while it is stopped (:meth:`Adapter.serve_stop`), so that rules
-and requests never use CLIPS at the same time.
+A thread reads the requests into a queue. The main thread executes them: before and after the run, between
+its loops (:meth:`Adapter.handle_queued_requests`) and while it is stopped (:meth:`Adapter.serve_stop`), so
+that rules and requests never use CLIPS at the same time.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ CAPABILITIES: Final = {
     "exceptionBreakpointFilters": [{"filter": name, "label": title} for name, (title, _) in FILTERS.items()],
 }
 
-_POLL_PERIOD_S: Final = 0.2  # the time between two checks whether the stop is over
+# The time between two checks whether the stop is over. Chosen freely: a request ends the wait at once, so a
+# check only notices that another thread has interrupted the run.
+_POLL_PERIOD_S: Final = 0.2
 # the targets of the request `stepIn`: the unit of the step and its title, by the number that the client sends
 _STEP_TARGETS: Final = {
     1: ("rule", "the next rule"),
@@ -59,7 +61,7 @@ _ENDING_REQUESTS: Final = ("disconnect", "terminate")
 class Adapter:
     """A debug session with one client.
 
-    :ivar problem: the protocol error that ended the client's stream; empty without an error.
+    :ivar problem: the error of the protocol or of the stream that ended the session; empty without an error.
     """
 
     def __init__(self, wire: Wire) -> None:
@@ -112,7 +114,7 @@ class Adapter:
         }
 
     def serve(self) -> None:
-        """Serve until the client disconnects, or :attr:`problem` describes its protocol error."""
+        """Serve until the client disconnects, its stream ends or has an error, or :meth:`end` is called."""
         threading.Thread(target=self._read_requests, name="dap", daemon=True).start()
         while not self._is_over:
             self._handle_request(self._requests.get())
@@ -176,7 +178,11 @@ class Adapter:
             self.send_event("initialized")
 
     def _execute_request(self, request: protocol.Request) -> Any:
-        """Return the body of the response."""
+        """Execute a request, and return the body of the response.
+
+        :raises CxbridgeError: if the request is unknown, is invalid in this phase, or fails.
+        :raises msgspec.DecodeError: if the arguments are invalid.
+        """
         if request.command not in self._handlers:
             raise CxbridgeError(f"there is no request '{request.command}'")
         arguments_type, handler, allowed_phases = self._handlers[request.command]
@@ -243,7 +249,8 @@ class Adapter:
         self._phase = SessionPhase.RUNNING
 
     def _terminate(self, _arguments: protocol.NoArguments) -> None:
-        if self._phase is SessionPhase.LAUNCHED:  # before the run, whose end would send this event
+        # A run in progress has been interrupted by the reading thread, and its end sends this event.
+        if self._phase is SessionPhase.LAUNCHED:
             self._phase = SessionPhase.OVER
             self.send_event("terminated")
 
@@ -295,7 +302,7 @@ class Adapter:
 
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
         if arguments.frame_id is not None:
-            self._current_stop.find_frame(arguments.frame_id)
+            self._current_stop.find_frame(arguments.frame_id)  # for its error
         body, output_lines = self._current_stop.evaluate(arguments.expression)
         for line in output_lines:
             self.send_event("output", {"category": "console", "output": f"{line}\n"})
@@ -310,7 +317,7 @@ class Adapter:
     # -- stepping
 
     def _list_step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
-        self._current_stop.find_frame(arguments.frame_id)
+        self._current_stop.find_frame(arguments.frame_id)  # for its error
         return {
             "targets": [
                 {"id": number, "label": title} for number, (_, title) in self._find_possible_steps().items()
@@ -318,7 +325,7 @@ class Adapter:
         }
 
     def _find_possible_steps(self) -> dict[int, tuple[str, str]]:
-        """Return the targets of `stepIn` that the run supports."""
+        """Return the unit and the title of each target of `stepIn` that the run supports, by number."""
         has_lines = self._current_run.can_stop_at_actions
         return {
             number: (unit, title)
