@@ -21,25 +21,25 @@ def find_build_sources(run: Run, owner: str, until_us: int | None = None) -> lis
     :param until_us: the time of the last included source, in microseconds since the epoch; None for all.
     :raises TraceError: if the recording cannot be read.
     """
-    steps: list[RunSource] = []
-    step_indices: dict[str, int] = {}  # the indices of the files by name
+    build_sources: list[RunSource] = []
+    file_indices: dict[str, int] = {}  # the indices of the files in `build_sources`, by name
     for source in run_sources(run, "environment", "clips", "construct", "function", "feature", owner=owner):
         if until_us is not None and source.time_us > until_us:
             break
         if source.role == "environment":
-            steps, step_indices = [], {}
+            build_sources, file_indices = [], {}
             continue
         # A source that a file has loaded precedes the file, because its constructs existed before those of
         # the file.
         enclosing_file = source.details.get("within", "")
-        index = step_indices.get(enclosing_file, len(steps)) if enclosing_file else len(steps)
-        steps.insert(index, source)
+        index = file_indices.get(enclosing_file, len(build_sources)) if enclosing_file else len(build_sources)
+        build_sources.insert(index, source)
         # The insertion moves the files at and after this index by one.
-        for file, file_index in step_indices.items():
-            step_indices[file] = file_index + (file_index >= index)
+        for file, file_index in file_indices.items():
+            file_indices[file] = file_index + (file_index >= index)
         if source.role == "clips":
-            step_indices[source.name] = index
-    return steps
+            file_indices[source.name] = index
+    return build_sources
 
 
 def make_unknown_environment_error(env: str, names: Collection[str], path: Path) -> TraceError:

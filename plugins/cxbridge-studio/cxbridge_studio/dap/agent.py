@@ -113,11 +113,11 @@ class DebuggedAgent:
             self.retracted_facts[event.index] = event
 
     def find_rule_position(self, rule: str) -> FileLine | None:
-        """Return the position of a rule, in the last loaded file that defines it."""
+        """Return the position of a rule in the last loaded file that defines it; None if no file does."""
         # read only the files that have been loaded since the last call
         files = self.env.loader.files
         for file in files[self._read_file_count :]:
-            with suppress(OSError):
+            with suppress(OSError):  # the file may have been removed since it was loaded
                 text, path = file.read_bytes().decode("utf-8", "surrogateescape"), file.resolve()
                 self._positions |= {name: FileLine(path, line) for name, line in rule_lines(text).items()}
         self._read_file_count = len(files)
@@ -133,8 +133,9 @@ class StoppedEnvironment:
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
         last_firing, next_activation = agent.last_firing, next(read_activations(agent.env), None)
-        # a stop before a rule is about the next rule, any other stop about the rule that has fired
-        if stop.line or stop.kind in ("transition", "after") or next_activation is None:
+        # a stop within or after a rule and a stop at a transition are about the rule that fires or has fired
+        # last; any other stop is about the next rule
+        if stop.line or stop.event is not None or stop.kind == "after" or next_activation is None:
             self.firing = (
                 None if last_firing is None else Firing(last_firing.rule, last_firing.basis, stop.line)
             )
@@ -153,6 +154,7 @@ class StoppedEnvironment:
         return None if pointer == NULL else template_of(pointer)
 
     def read_facts(self, template: str) -> Sequence[FactChange]:
+        """Return the facts of a deftemplate; empty if the deftemplate is unknown."""
         if not self.env.has_template(template):
             return ()
         indices = [index for index, _, _ in self.env.facts(template)]
@@ -172,7 +174,10 @@ class StoppedEnvironment:
         return FactChange(0, self.env.name, asserted=True, index=index, template=template, text=text)
 
     def find_latest(self, fact: FactChange) -> FactChange:
-        """Return the latest version of a fact: each change of a fact makes a new fact with another index."""
+        """Return the fact that has replaced a fact through changes by the client; else the fact itself.
+
+        Each change of a fact makes a new fact with another index.
+        """
         index = fact.index
         while index in self._changed_indices:
             index = self._changed_indices[index]
@@ -181,6 +186,7 @@ class StoppedEnvironment:
     def modify(self, index: int, slot: str, text: str) -> None:
         """Set a slot of a fact.
 
-        :raises CxbridgeError: if the value is invalid.
+        :param text: the value as CLIPS text.
+        :raises CxbridgeError: if the fact or the slot does not exist, or the value is invalid.
         """
         self._changed_indices[index] = modify_fact(self.env, index, {slot: text})

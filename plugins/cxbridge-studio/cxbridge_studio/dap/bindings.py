@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 # The prefix of the variables for the facts that the condition does not bind to a variable.
 _FACT_VARIABLE_PREFIX: Final = "cx-dap-fact-"
 _MAX_BRANCHES: Final = 64  # limit of the tried alternatives, whose number grows exponentially with (or ...)
-_MAX_MATCHES: Final = 1000  # limit of the matches that are compared with the firing
+_MAX_MATCHES: Final = 1000  # limit of the matches that are compared with the firing, or tried for each fact
 
 
 def parse_basis(basis: str) -> list[int]:
@@ -54,7 +54,7 @@ def find_bindings(
             "a fact that the rule fired for is no longer known", hint="stop before the rule fires to see it"
         )
     templates, rows = parse_rows(changes, snapshot.templates)
-    with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
+    with Matcher(replace(snapshot, templates=templates, facts=tuple(rows))) as matcher:
         failure = ClipsError("the facts no longer match the condition")
         for ces in islice(_expand_alternatives(condition.ces), _MAX_BRANCHES):
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
@@ -154,6 +154,8 @@ def match_pattern(snapshot: Snapshot, pattern: str, facts: Sequence[FactChange])
     templates, rows = parse_rows(facts, snapshot.templates)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows))) as matcher:
         matches = matcher.match_values(
-            [f"?{_FACT_VARIABLE_PREFIX}0 <- {pattern}"], [f"{_FACT_VARIABLE_PREFIX}0"], len(facts) + 1
+            [f"?{_FACT_VARIABLE_PREFIX}0 <- {pattern}"],
+            [f"{_FACT_VARIABLE_PREFIX}0"],
+            _MAX_MATCHES * (len(facts) + 1),  # a pattern with `$?` may match a fact several times
         )
     return {fact.index for (fact,) in matches}

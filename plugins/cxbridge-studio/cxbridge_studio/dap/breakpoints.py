@@ -99,7 +99,10 @@ class Breakpoints:
         return [state for state in starmap(self._make_state, numbered_breakpoints) if not state.verified]
 
     def set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
-        """Replace the breakpoints of a file and return their states."""
+        """Replace the breakpoints of a file and return their states.
+
+        :raises CxbridgeError: if the file cannot be read.
+        """
         file, text = read_source(arguments.source)
         includes_actions = self._run is None or self._run.can_stop_at_actions
         make_breakpoint = partial(
@@ -114,7 +117,11 @@ class Breakpoints:
         return self._replace("names", requests, _make_name_breakpoint)
 
     def set_exception_filters(self, names: Sequence[str]) -> list[protocol.Breakpoint]:
-        """Replace the breakpoints on failures and return their states."""
+        """Replace the breakpoints on failures and return their states.
+
+        :param names: keys of :data:`FILTERS`.
+        :raises CxbridgeError: if there is no such filter.
+        """
         unknown_names = [name for name in names if name not in FILTERS]
         if unknown_names:
             raise CxbridgeError(
@@ -141,7 +148,7 @@ def _make_line_breakpoint(
         Breakpoint(
             0,
             kind,
-            escape(rule.name),
+            escape(rule.name),  # the name of a breakpoint is a shell pattern
             state,
             condition=request.condition,
             hit_condition=request.hit_condition,
@@ -158,7 +165,7 @@ def _make_line_breakpoint(
 def _make_name_breakpoint(request: protocol.FunctionBreakpoint) -> _RequestedBreakpoint:
     parsed_breakpoint = parse_breakpoint(request.name)
     check_hit_condition(request.hit_condition)
-    # as in `cxbridge run --break`, the name may include a condition and a hit count
+    # as in `cxbridge run --break`, the name may include a condition, a hit count and a text to log
     requested_breakpoint = replace(
         parsed_breakpoint,
         condition=request.condition or parsed_breakpoint.condition,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cxbridge_studio.dap.protocol import ProtocolObject
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
 
+# the protocol's reasons by the kind of a stop; those of the other kinds are `breakpoint`
 _STOP_REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
 _INTERRUPTED_STATUS: Final = 130  # the exit status of shells for SIGINT: 128 + 2
 _OUTPUT_CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
@@ -50,6 +51,7 @@ class DebuggedRun:
 
     :param stop_on_entry: whether to stop before the first rule.
     :param can_stop_at_actions: whether the run can stop within right-hand sides.
+    :raises CxbridgeError: if an option is invalid.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class DebuggedRun:
         self._stop_on_entry = stop_on_entry
         self.can_stop_at_actions = can_stop_at_actions
         self._agents: list[DebuggedAgent] = []
+        # by group: the breakpoints by the client's numbers
         self._breakpoint_groups: dict[str, Mapping[int, Breakpoint]] = {}
         self._is_interrupted = False
 
@@ -69,7 +72,12 @@ class DebuggedRun:
         return [agent.run.name for agent in self._agents]
 
     def run(self, client: DebugClient) -> int:
-        """Run the scenario and return the exit status of ``cxbridge run``."""
+        """Run the scenario, send its log and its result to the client, and return the exit status.
+
+        :returns: the status of ``cxbridge run``; 130 if :meth:`interrupt` has ended the run.
+        :raises CxbridgeError: if the scenario is invalid.
+        :raises BaseException: any error that occurred while a right-hand side was stopped.
+        """
 
         def send_line(event: Event) -> None:
             if isinstance(event, LogLine):
@@ -88,7 +96,7 @@ class DebuggedRun:
         return _INTERRUPTED_STATUS if self._is_interrupted else result.status
 
     def _attach(self, run: Run, client: DebugClient) -> None:
-        """Debug an agent before its start."""
+        """Attach a debugger with all breakpoints to an agent before its start."""
         agent = DebuggedAgent(run, can_stop_at_actions=self.can_stop_at_actions)
         self._agents.append(agent)
         thread_id = len(self._agents)
@@ -174,6 +182,7 @@ class DebuggedRun:
 
     @staticmethod
     def _explain_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
+        """Return why an agent lacks a rule of a file; empty if it has the rule."""
         rule_position = agent.find_rule_position(rule)
         if rule_position is not None and rule_position.file != file:
             return f"the loaded rule {rule} is defined in {rule_position.file}:{rule_position.line}"
@@ -183,7 +192,7 @@ class DebuggedRun:
         return explain_missing_rule(rule, rulebook) or f"the spec does not load {file.name}"
 
     def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
-        """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
+        """Return why no agent can reach a breakpoint; empty if any agent can."""
         checkers = (agent.debugger.breakpoint_checker for agent in self._agents)
         mistakes = [checker.find_mistake(tested_breakpoint) for checker in checkers]
         return str(mistakes[0]) if all(mistakes) else ""

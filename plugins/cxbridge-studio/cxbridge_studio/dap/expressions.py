@@ -40,7 +40,10 @@ class ExpressionResult:
 
 
 def find_variables(stopped_env: StoppedEnvironment) -> dict[str, Value]:
-    """Return the variables of the stopped rule, by their names without ``?``."""
+    """Return the variables of the stopped rule, by their names without ``?``; empty between two loops.
+
+    :raises ClipsError: if the rule or one of its facts is unknown, or the condition cannot be matched.
+    """
     firing, probes = stopped_env.firing, stopped_env.agent.probes
     if probes is not None and probes.values is not None:
         return dict(probes.values)
@@ -51,7 +54,10 @@ def find_variables(stopped_env: StoppedEnvironment) -> dict[str, Value]:
 
 
 def evaluate(stopped_env: StoppedEnvironment, text: str) -> ExpressionResult:
-    """Evaluate an expression, or find the facts that match a pattern."""
+    """Evaluate an expression, or find the facts that match a pattern.
+
+    :raises ClipsError: if the text is neither, a variable is unknown, or the evaluation fails.
+    """
     text = text.strip()
     nodes = read_nodes(text)
     name = read_variable_name(nodes[0]) if len(nodes) == 1 else ""
@@ -112,7 +118,10 @@ def expand_variables(text: str, variables: Mapping[str, Value]) -> str:
 
 
 def _find_bound_names(root: SyntaxNode) -> Iterator[str]:
-    """Yield the variables that lists bind, such as ``f`` in ``((?f goal))``."""
+    """Yield the variables that an expression binds, and ``""`` for each list that binds none.
+
+    A list binds the first argument of its function, or its first word, such as ``f`` in ``((?f goal))``.
+    """
     for node in root.walk():
         if node.items:
             binder_arguments = node.arguments if node.head in _BINDERS else ()
@@ -120,7 +129,10 @@ def _find_bound_names(root: SyntaxNode) -> Iterator[str]:
 
 
 def _format_value(value: Value, slot: str = "") -> str:
-    """Return a value in CLIPS syntax."""
+    """Return a value in CLIPS syntax.
+
+    :param slot: the slot to read if the value is a fact; empty for the fact itself.
+    """
     if isinstance(value, FactRef):
         return f"(fact-slot-value {value.index} {slot})" if slot else str(value.index)
     if isinstance(value, tuple):

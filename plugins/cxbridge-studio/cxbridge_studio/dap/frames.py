@@ -24,8 +24,9 @@ class CallFrame:
     """A frame of the stack.
 
     :param kind: ``rule``, ``plan-action``, ``goal`` or ``event``.
+    :param name: the name of the rule, or a description, as the client shows it.
     :param position: the position in a file; None if the file is unknown.
-    :param fact: the fact of the goal or plan-action.
+    :param fact: the fact of the goal or plan-action; None for other kinds.
     """
 
     kind: str
@@ -61,12 +62,12 @@ def _make_innermost_frames(stopped_env: StoppedEnvironment) -> list[CallFrame]:
 def _make_goal_frames(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
     """Yield the frames of the plan-action, the goal and its parents, if known."""
     goals, forest = find_goals(stopped_env)
-    action, goal = _find_subject(stopped_env, forest)
+    action, subject_goal_id = _find_subject(stopped_env, forest)
     if action is not None:
         slots = read_slots(action)
         text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
         yield CallFrame(ACTION, f"action {text}: {slots.get('state', '')}", fact=action)
-    goal_id = goal if goal in goals else None
+    goal_id = subject_goal_id if subject_goal_id in goals else None
     while goal_id is not None:
         slots = read_slots(goals[goal_id])
         outcome = slots.get("outcome", "UNKNOWN")
@@ -80,7 +81,7 @@ def find_goals(stopped_env: StoppedEnvironment) -> tuple[dict[str, FactChange], 
     """Return the facts of the goals by goal id, and the goals as trees."""
     goals = {read_slots(fact).get("id", ""): fact for fact in stopped_env.read_facts(GOAL)}
     return goals, Forest(
-        {name: parent_id(read_slots(fact).get("parent", "")) for name, fact in goals.items()}
+        {goal_id: parent_id(read_slots(fact).get("parent", "")) for goal_id, fact in goals.items()}
     )
 
 
@@ -92,18 +93,19 @@ def _find_subject(stopped_env: StoppedEnvironment, forest: Forest[str]) -> tuple
     if isinstance(event, PlanActionTransition):
         key = event.goal, event.plan, event.action_id
         return _find_plan_action(stopped_env, key), event.goal
-    basis = () if stopped_env.firing is None else parse_basis(stopped_env.firing.basis)
-    facts = [fact for fact in map(stopped_env.find_fact, basis) if fact is not None]
+    indices = () if stopped_env.firing is None else parse_basis(stopped_env.firing.basis)
+    facts = [fact for fact in map(stopped_env.find_fact, indices) if fact is not None]
     action = next((fact for fact in facts if fact.template == ACTION), None)
     if action is not None:
         key = goal_id, _, _ = _read_plan_action_key(action)
         # the rule may have modified the fact since the firing
         return _find_plan_action(stopped_env, key) or action, goal_id
-    # A rule often matches a goal and its parent, and then acts on the goal: sub-goals come first.
+    # A rule often matches a goal and its parent, and then acts on the goal: sub-goals come first. Not sort(),
+    # which empties the list while the keys are computed.
     ids = [read_slots(fact).get("id", "") for fact in facts if fact.template == GOAL]
-    ids.sort(key=lambda goal_id: forest.parents.get(goal_id) not in ids)
+    sub_goals_first = sorted(ids, key=lambda goal_id: forest.parents.get(goal_id) not in ids)
     other_ids = [read_slots(fact).get("goal-id", "") for fact in facts]
-    return None, next(filter(None, (*ids, *other_ids)), "")
+    return None, next(filter(None, (*sub_goals_first, *other_ids)), "")
 
 
 def _find_plan_action(stopped_env: StoppedEnvironment, key: tuple[str, str, str]) -> FactChange | None:

@@ -29,7 +29,7 @@ def make_debugged_run(arguments: Mapping[str, Any]) -> DebuggedRun:
     :param arguments: ``scenario`` and the options of ``cxbridge run``, as ``skillDirs`` or ``skill-dirs``,
         and :class:`LaunchRequestArguments`.
     :raises CxbridgeError: if the options are invalid, or there is no such folder.
-    :raises msgspec.ValidationError: if a setting has another type.
+    :raises msgspec.ValidationError: if a setting has a wrong type.
     """
     settings = msgspec.convert(arguments, LaunchRequestArguments)
     # VS Code adds keys for itself that begin with `__`, such as `__sessionId`.

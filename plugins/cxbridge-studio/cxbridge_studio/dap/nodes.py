@@ -29,6 +29,7 @@ VARIABLES_SCOPE: Final = "Variables"
 SLOTS_SCOPE: Final = "Slots"
 FACTS_SCOPE: Final = "Facts"
 
+# CLIPS' names of the types of values
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
 
 
@@ -51,6 +52,7 @@ class VariableNode:
 
 
 NodeMaker = Callable[[], Sequence[VariableNode]]
+"""A function that makes the nodes in a scope or a node, when the client opens it."""
 
 
 def make_scopes(stopped_env: StoppedEnvironment, frame: CallFrame) -> Mapping[str, NodeMaker]:
@@ -84,7 +86,10 @@ def _make_slot_nodes(stopped_env: StoppedEnvironment, fact: FactChange) -> list[
 
 
 def _set_slot(stopped_env: StoppedEnvironment, fact: FactChange, slot: str, text: str) -> str:
-    """Set a slot of the latest version of a fact, and return the new value."""
+    """Set a slot of the latest version of a fact, and return the new value.
+
+    :raises CxbridgeError: if the slot cannot have the value.
+    """
     stopped_env.modify(stopped_env.find_latest(fact).index, slot, text)
     return read_slots(stopped_env.find_latest(fact)).get(slot, text)
 
@@ -111,21 +116,21 @@ def _make_variable_node(stopped_env: StoppedEnvironment, name: str, value: Value
 
 
 def _make_goal_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
-    facts, forest = find_goals(stopped_env)
+    goal_facts, forest = find_goals(stopped_env)
 
     def make_goal_node(goal_id: str) -> VariableNode:
-        slots = read_slots(facts[goal_id])
+        slots = read_slots(goal_facts[goal_id])
         state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
         return VariableNode(goal_id, state, GOAL, partial(make_children, goal_id))
 
     def make_children(goal_id: str) -> list[VariableNode]:
         sub_goal_nodes = [make_goal_node(child_id) for child_id in forest.children.get(goal_id, ())]
-        return [*sub_goal_nodes, *_make_slot_nodes(stopped_env, facts[goal_id])]
+        return [*sub_goal_nodes, *_make_slot_nodes(stopped_env, goal_facts[goal_id])]
 
     return [make_goal_node(goal_id) for goal_id in forest.roots]
 
 
-def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[VariableNode]:
+def _make_plan_nodes(stopped_env: StoppedEnvironment, goal_id: str) -> list[VariableNode]:
     """Return the plan-actions of a goal, each with its id, name and arguments as the title."""
     return [
         VariableNode(
@@ -135,7 +140,7 @@ def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[Variabl
             partial(_make_slot_nodes, stopped_env, fact),
         )
         for fact in stopped_env.read_facts(ACTION)
-        if (slots := read_slots(fact)).get("goal-id") == goal
+        if (slots := read_slots(fact)).get("goal-id") == goal_id
     ]
 
 

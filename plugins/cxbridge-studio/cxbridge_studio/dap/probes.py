@@ -63,7 +63,7 @@ class Probes:
 
     def _handle_probe(self, env: CData, context: CData, result: CData) -> None:
         """Stop at an action if the debugger requires that. CLIPS calls this method before each action."""
-        result.lexemeValue = lib.FalseSymbol(env)
+        result.lexemeValue = lib.FalseSymbol(env)  # every function of CLIPS needs a value
         if not self._debugger.watches_lines:
             return
         try:
@@ -74,18 +74,18 @@ class Probes:
 
     def _stop_at_action(self, context: CData) -> None:
         # The number is evaluated first, the variables only if the debugger may stop at this action.
-        value = ffi.new("UDFValue *")
-        lib.UDFFirstArgument(context, lib.INTEGER_BIT, value)
-        rule, action = self._actions[int(value.integerValue.contents)]
+        buffer = ffi.new("UDFValue *")
+        lib.UDFFirstArgument(context, lib.INTEGER_BIT, buffer)
+        rule, action = self._actions[int(buffer.integerValue.contents)]
         if not self._debugger.may_stop_at(rule, action.line):
             return
         try:
-            self.values = {name: self._read_next_value(context, value) for name in action.names}
+            self.values = {name: self._read_next_value(context, buffer) for name in action.names}
             self._debugger.stop_at_line(rule, action.line)
         finally:
             self.values = None
 
     @staticmethod
-    def _read_next_value(context: CData, value: CData) -> Value:
-        lib.UDFNextArgument(context, _ANY_TYPE, value)
-        return detach_value(to_python(value))
+    def _read_next_value(context: CData, buffer: CData) -> Value:
+        lib.UDFNextArgument(context, _ANY_TYPE, buffer)
+        return detach_value(to_python(buffer))

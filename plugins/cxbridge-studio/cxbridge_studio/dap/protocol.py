@@ -124,7 +124,7 @@ class ThreadArguments(ProtocolObject):
 
 
 class StepInArguments(ThreadArguments):
-    target_id: int = 1
+    target_id: int = 1  # the adapter's number of the step to the next rule
 
 
 class FrameArguments(ProtocolObject):

@@ -77,7 +77,12 @@ def find_bound_names(ces: Sequence[CE]) -> tuple[str, ...]:
         elif isinstance(ce, GroupCE) and ce.kind == "and":
             names.update(find_bound_names(ce.items))
         elif isinstance(ce, GroupCE) and ce.kind == "or":
-            names |= set.intersection(*(set(find_bound_names((branch,))) for branch in ce.items))
+            # a file in the editor may have an unfinished `(or)` without branches
+            names |= (
+                set.intersection(*(set(find_bound_names((branch,))) for branch in ce.items))
+                if ce.items
+                else set()
+            )
     return tuple(sorted(names))
 
 
@@ -96,22 +101,22 @@ def _find_nested_actions(
 
 def _find_nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNode], tuple[str, ...]]]:
     """Yield the action sequences within an action, each with the variables that the action binds for it."""
-    head, items = node.head, node.arguments
+    head, arguments = node.head, node.arguments
     if head == "if":
-        starts = [index for index, item in enumerate(items) if item.text in _BRANCH_WORDS]
-        for start, end in zip(starts, [*starts[1:], len(items)], strict=True):
-            yield items[start + 1 : end], ()
+        starts = [index for index, argument in enumerate(arguments) if argument.text in _BRANCH_WORDS]
+        for start, end in zip(starts, [*starts[1:], len(arguments)], strict=True):
+            yield arguments[start + 1 : end], ()
     elif head in _BODY_STARTS:
-        yield items[_BODY_STARTS[head] :], _find_loop_names(head, items)
-    elif head in _FACT_QUERIES and items:
-        names = (read_variable_name(member.items[0]) for member in items[0].items or () if member.items)
-        yield items[2:], tuple(filter(None, names))  # the actions follow the members and the test
+        yield arguments[_BODY_STARTS[head] :], _find_loop_names(head, arguments)
+    elif head in _FACT_QUERIES and arguments:
+        names = (read_variable_name(member.items[0]) for member in arguments[0].items or () if member.items)
+        yield arguments[2:], tuple(filter(None, names))  # the actions follow the members and the test
 
 
-def _find_loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:
-    if not items or head in ("progn", "while"):
+def _find_loop_names(head: str, arguments: Sequence[SyntaxNode]) -> tuple[str, ...]:
+    if not arguments or head in ("progn", "while"):
         return ()
-    argument = items[0]
+    argument = arguments[0]
     # the variable, or the list that begins with it, as in (loop-for-count (?i 1 3) ...)
     name = read_variable_name(argument if argument.items is None else (argument.items or (argument,))[0])
     return (name,) if name else ()
@@ -135,7 +140,9 @@ def _find_names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ..
 def find_stop_line(
     rules: Iterable[FileRule], line: int, *, includes_actions: bool = True
 ) -> tuple[FileRule, int]:
-    """Return where a breakpoint on a line stops: the rule with the line or the next rule, and its action.
+    """Return where a breakpoint on a line stops: at the rule with the line or at the next rule.
+
+    Within the rule, it stops at the last action that begins at the line or above, if there is one.
 
     :param rules: the rules of a file in order.
     :param includes_actions: whether the run can stop at actions.

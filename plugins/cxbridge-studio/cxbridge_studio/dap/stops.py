@@ -87,7 +87,7 @@ class StopView:
 
     def _make_variable(self, node: VariableNode) -> protocol.Variable:
         reference = 0 if node.children is None else self._add_reference(node.children)
-        # a compound value is read-only; the client changes the children
+        # the client can change the slots of facts, but neither a whole fact nor a variable of a rule
         hint = {} if node.set_value is not None else {"attributes": ["readOnly"]}
         return protocol.Variable(
             node.name,
@@ -101,7 +101,7 @@ class StopView:
     def set_value(self, reference: int, name: str, text: str) -> str:
         """Set a variable and return the new value.
 
-        :raises CxbridgeError: if the variable is read-only or the value invalid.
+        :raises CxbridgeError: if there is no such variable, it is read-only, or the value is invalid.
         """
         node = next((node for node in self._open_nodes(reference) if node.name == name), None)
         if node is None or node.set_value is None:
@@ -109,7 +109,10 @@ class StopView:
         return node.set_value(text)
 
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
-        """Evaluate an expression or a pattern; return the result and the printed lines."""
+        """Evaluate an expression or a pattern; return the result and the printed lines.
+
+        :raises CxbridgeError: if the expression is invalid or fails.
+        """
         result = evaluate(self._stopped_env, expression)
         if not result.facts:
             return protocol.EvaluateBody(result.text, 0), result.output

@@ -22,11 +22,13 @@ _LENGTH_HEADER: Final = re.compile(
 
 
 class WireError(CxbridgeError):
-    """Received bytes that are not a message of the protocol."""
+    """The error about received bytes that are not a message of the protocol."""
 
 
 class Wire:
-    """Reads requests from one stream and writes responses and events to another, from any thread.
+    """Reads requests from one stream, and writes responses and events to another.
+
+    One thread reads. Any thread may write.
 
     :param source: the stream of the client's messages. An unbuffered stream is better: a thread that waits in
         a buffered stream holds the stream's lock, at which Python's exit would wait.
@@ -68,7 +70,10 @@ class Wire:
         return b"".join(chunks)
 
     def _read_length(self) -> int | None:
-        """Read a header, and return the length of the message; None at the end of the stream."""
+        """Read a header, and return the length of the message; None at the end of the stream.
+
+        :raises WireError: if the header is too long, or its length is missing or too large.
+        """
         lines: list[bytes] = []
         while (line := self._source.readline(_MAX_LINE_BYTES)).strip():
             lines.append(line)

@@ -1,1 +1,1 @@
-"""The debugger of an agent's rules, and the environments that clients create; docs/debugging.md."""
+"""The debugger of an agent's rules, and the environments that clients create; see docs/debugging.md."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def read_activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
-    """Yield the salience, the rule and the facts (``f-1,f-2``) of each activation, in firing order."""
+    """Yield the salience, the rule and the facts (``f-1,*``) of each activation, in firing order."""
     for activation in items_of(lib.GetNextActivation, env.c_env):
         rule, basis = decode(lib.ActivationRuleName(activation)), env.watcher.activation_basis(activation)
         yield int(lib.ActivationGetSalience(activation)), rule, basis

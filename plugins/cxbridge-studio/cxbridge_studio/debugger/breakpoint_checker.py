@@ -21,7 +21,9 @@ from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
+# a word at the end of a skill breakpoint, which may be a misspelt status
 _STATUS_SUFFIX: Final = re.compile(r".*:(\w+)", re.DOTALL)
+# the skill's name before a wildcard or the arguments
 _LITERAL_START: Final = re.compile(r"[^*?\[{(]*")
 _WILDCARDS: Final = "*?["
 
@@ -72,7 +74,7 @@ class BreakpointChecker:
         return ExecutiveError(f"breakpoint {tested_breakpoint}: {problem}", hint=hint)
 
     def check_once(self, tested_breakpoints: Iterable[Breakpoint]) -> None:
-        """Check all breakpoints in the loop that ends the initialisation; do nothing in the other loops."""
+        """Pass the unreachable breakpoints to :attr:`on_mistakes`, once after the initialisation."""
         if self._is_checked or not self.is_initialised:
             return
         self._is_checked = True

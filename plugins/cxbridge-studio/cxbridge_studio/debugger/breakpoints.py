@@ -17,11 +17,12 @@ ANY_NAME: Final = "*"  # the pattern in place of an omitted part
 
 MAX_LENGTH: Final = 4096  # limit of a breakpoint's text: clients of a daemon set breakpoints, too
 
-# The parts of the notation, from its end, as in: skill:NAME:S_FAILED hit 3 if (CLIPS) log "TEXT {CLIPS}"
+# The parts of the notation, as in: skill:NAME:S_FAILED hit 3 if (CLIPS) log "TEXT {CLIPS}"
 _STATUS_SUFFIX = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION_START = re.compile(r"\s+if\s+(?=\()")
 _HITS_SUFFIX = re.compile(r"\s+hit\s+(\S+)\Z")
 _LOG_SUFFIX = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
+# the end of the name in a skill string
 _ARGUMENTS_START = re.compile(r"[\s({]")
 _BRACED_EXPRESSION = re.compile(r"\{([^{}]*)\}")
 _HIT_COUNT = re.compile(r"(<=|>=|==|=|<|>|%)?\s*(\d{1,9})")
@@ -170,9 +171,9 @@ def read_skill_name(skill_string: str) -> str:
 
 
 def check_hit_condition(hit_condition: str) -> None:
-    """Check the notation of :attr:`Breakpoint.hit_condition`.
+    """Check the notation of :attr:`Breakpoint.hit_condition`; an empty text passes.
 
-    :raises ExecutiveError: if the text is not a hit count.
+    :raises ExecutiveError: if the text is not a hit count, or its number is 0.
     """
     match = _HIT_COUNT.fullmatch(hit_condition)
     if hit_condition and (match is None or int(match[2]) == 0):
@@ -187,12 +188,12 @@ class Stop:
         ``asked`` if a user requested the stop.
     :param reason: the reason as text.
     :param breakpoint: the number of the breakpoint; 0 without a breakpoint.
-    :param rule: the last rule fired in this loop; empty if none has fired.
+    :param rule: the last rule fired in this loop, or the rule of the line; empty if none has fired.
     :param next_rule: the first rule of the agenda; empty if there is none.
     :param event: the transition that caused the stop; None without a transition.
-    :param loop: the number of the loop since the debugger started, from 1.
-    :param fired: the number of firings in this loop.
-    :param time_us: the time of the run's clock.
+    :param loop: the number of the loop among those that the debugger has run, from 1.
+    :param fired: the number of firings in this loop; at a line, without those of the unfinished run of CLIPS.
+    :param time_us: the time of the run's clock, in microseconds.
     :param line: the line within the right-hand side of ``rule``; 0 between rules.
     """
 

@@ -49,7 +49,8 @@ def debugger_of(executive: Executive) -> Debugger:
 class Debugger:
     """Stops and continues the executive's rules.
 
-    Methods wait for the environment's lock, so other threads continue only between two firings.
+    Methods that change breakpoints, steps or stops wait for the environment's lock, so the changes of other
+    threads take effect only between two firings or after a stop.
 
     :param env: the executive's environment.
     :param breakpoint_checker: detects unreachable breakpoints, by default those that name nothing in ``env``.
@@ -134,7 +135,7 @@ class Debugger:
         return self._hit_counts[number]
 
     def move_to(self, executive: Executive) -> None:
-        """Set the same breakpoints in the executive that follows this one after a reset."""
+        """Set the same breakpoints in the executive that follows the debugged executive after a reset."""
         next_debugger = debugger_of(executive)
         for candidate in self.breakpoints:
             next_debugger.add(candidate)
@@ -168,14 +169,15 @@ class Debugger:
             self._is_stop_requested = self._stopped is None
 
     def go_on(self) -> None:
-        """Continue to the next breakpoint; do nothing while running."""
+        """Continue to the next breakpoint; while running, cancel a requested stop and the present step."""
         with self._env.lock:
             self._is_stop_requested, self._stopped, self._step_unit = False, None, ""
             self._update_subscription()
 
     def step(self, unit: str = "rule") -> None:
-        """Continue for one ``rule``, ``loop`` or ``transition``. Running rules stop after the next unit.
+        """Continue for one unit; running rules stop after the next unit.
 
+        :param unit: one of :data:`STEP_UNITS`, or :data:`LINE_STEP`.
         :raises ExecutiveError: if the unit is unknown.
         """
         if unit not in (*STEP_UNITS, LINE_STEP):
@@ -264,7 +266,7 @@ class Debugger:
         self._env.watcher.firings = 0
 
     def _fire_until_stop(self) -> Stop | None:
-        """Fire rules until a stop or the end of the loop."""
+        """Fire rules until a stop or the end of the loop; return the stop, None without a stop."""
         env = self._env
         while not env.is_ended and not self._has_agent_halted and (rule := find_next_rule(env)):
             if self._is_stop_requested:
@@ -286,7 +288,7 @@ class Debugger:
         return self._make_stop("step", "at the end of the loop") if self._step_unit == "loop" else None
 
     def _fire(self) -> int:
-        """Fire one rule, or all rules up to a transition with a breakpoint; return the number of firings."""
+        """Fire one rule, or all rules up to a stop at a transition or line; return the number of firings."""
         api = self._env.api
         self._transition_hits.clear()
         self._is_interrupted = False
@@ -343,7 +345,10 @@ class Debugger:
     def _count_hit(
         self, hit_breakpoint: Breakpoint, position_text: str, event: Transition | None = None, line: int = 0
     ) -> Stop | None:
-        """Count a hit and return the stop; None if the condition or the hit count prevents the stop."""
+        """Count a hit and return the stop.
+
+        :returns: None if the condition or the hit count prevents the stop, or the breakpoint only logs.
+        """
         kind = "transition" if event is not None else hit_breakpoint.kind
         self._hit_counts[hit_breakpoint.number] += 1
         stop = self._make_stop(kind, position_text, hit_breakpoint.number, event, line)
@@ -399,7 +404,7 @@ class Debugger:
         self._is_subscribed = is_needed
 
     def _handle_transition(self, event: Event) -> None:
-        """Record a transition with a breakpoint. This is called within right-hand sides and between them."""
+        """Record a transition at which the rules stop. Called within right-hand sides and between them."""
         if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
             return
         if isinstance(event, SkillStatus):

@@ -34,8 +34,8 @@ class EnvironmentInfo(Struct, frozen=True):
 
     The field names are keys of the answers in JSON.
 
-    :param own: whether a client has created the environment, through
-        :class:`EnvironmentService`; only such an environment can be destroyed.
+    :param own: whether a client has created the environment, through :class:`EnvironmentService`; only such
+        an environment can be destroyed.
     :param facts: the number of facts.
     :param agenda: the number of activations.
     :param features: the names of the features, sorted.
@@ -90,9 +90,10 @@ class EnvironmentService:
             )
 
     def create(self, name: str) -> ClipsEnvironment:
-        """Create an environment with the CLIPS library (utils, time, path), which may request features.
+        """Create an environment with the CLIPS library (utils, time, path). Its rules may request features.
 
-        :raises ClipsError: if the name exists, or has characters other than letters, digits and ``_.-``.
+        :param name: 1 to 64 letters, digits and ``_.-``.
+        :raises ClipsError: if the name exists or is invalid, or the library does not load.
         """
         if not _NAME.fullmatch(name):
             raise ClipsError(
@@ -151,11 +152,15 @@ class EnvironmentService:
     def watch(self, name: str, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
         """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
 
+        :param item: ``facts``, ``rules`` or ``all``.
+        :param names: the deftemplates or rules; empty for all of them. With ``all``, the names apply to both
+            and are not checked.
         :raises ClipsError: if the environment, item or a name is unknown.
         """
         env = self._manager.find(name)
         with env.lock:
             construct = {"facts": "deftemplate", "rules": "defrule"}.get(item)
+            # names are checked only for one kind of constructs; `watch` itself refuses unknown items
             defined_names = names if construct is None else construct_names(env, construct)
             unknown_names = [unknown for unknown in names if unknown not in defined_names]
             if unknown_names:

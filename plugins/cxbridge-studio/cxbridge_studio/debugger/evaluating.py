@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # The maximum duration of an evaluation in seconds: during an evaluation, no rule fires and the loop waits.
 LIMIT_S: Final = 1.0
 
-MAX_LINES: Final = 1000  # the limit of the output lines
+MAX_LINES: Final = 1000  # the limit of the output lines, chosen freely
 
 
 class Evaluation(Struct, frozen=True):

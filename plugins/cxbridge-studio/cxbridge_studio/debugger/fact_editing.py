@@ -26,6 +26,7 @@ from cxbridge_studio.constructs import make_unknown_template_error
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
+# CLIPS' message about a slot that the deftemplate lacks
 _INVALID_SLOT: Final = re.compile(r"[Ii]nvalid slot '([^']+)'")
 
 
@@ -70,7 +71,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constants_only: bool = Fals
     """Assert a fact and return its index, or the index of an equal fact.
 
     :param constants_only: whether only constants are accepted, not calls, which CLIPS would evaluate.
-    :raises ClipsError: if CLIPS refuses the fact.
+    :raises ClipsError: if CLIPS refuses the fact, or its text exceeds a limit of the parser.
     """
     text = to_safe_fact_text(env.c_env, text) if constants_only else text
     check_parser_limits(text)
@@ -79,7 +80,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constants_only: bool = Fals
     outer_sink = env.output.begin_error_capture()
     fact = lib.AssertString(env.c_env, encode(text))
     errors = " ".join(env.output.end_error_capture(outer_sink).split())
-    env.api.clear_halt()
+    env.api.clear_halt()  # a refused fact would end the next firing of rules
     if fact == NULL or errors:
         raise ClipsError(
             f"CLIPS does not assert {text}" + (f": {errors}" if errors else ""),
@@ -147,7 +148,7 @@ def modify_fact(
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
     new_fact = Modify(env.c_env, env.api, env.maker, complaints.append)(index, *changes)
-    env.api.clear_halt()
+    env.api.clear_halt()  # a refused change would end the next firing of rules
     if not isinstance(new_fact, FactAddress):
         raise ClipsError(" ".join(complaints) or f"CLIPS refuses to modify f-{index}")
     return int(lib.FactIndex(new_fact.pointer))

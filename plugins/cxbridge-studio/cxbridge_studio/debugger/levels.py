@@ -10,7 +10,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 
 LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
-"""The name of a log level."""
+"""The name of a log level, in lower case as in JSON."""
 
 
 def find_level(text: str) -> Level:

@@ -78,7 +78,7 @@ def test_names_of_action_always_have_values():
 
 
 def test_variable_of_one_branch_of_or_is_no_name():
-    rule = next(find_rules("(defrule r (or (a ?x ?y) (b ?x)) (exists (c ?z)) => (f))"))
+    rule = next(find_rules("(defrule r (or (a ?x ?y) (b ?x)) (or) (exists (c ?z)) => (f))"))
     assert rule.actions[0].names == ("x",)
 
 

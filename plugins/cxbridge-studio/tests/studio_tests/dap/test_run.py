@@ -82,7 +82,8 @@ def test_steps_stop_after_rule_transition_and_loop(client):
     client.resume()
     client.set_line_breakpoints(GOALS)
     following = client.resume("next")
-    assert following["reason"] == "step"
+    # the stack begins with the rule that has caused the transition, not with the next rule
+    assert (following["reason"], client.get_stack()[0]["name"]) == ("step", "talk-root-goes-on")
     assert following["description"].startswith("Stopped at goal ")
     assert client.resume("stepOut")["description"] == "Stopped at the end of the loop"
 
@@ -111,7 +112,7 @@ def test_named_breakpoints_stop_at_goals_actions_and_skills(client):
     assert at_goal["reason"] == "function breakpoint"
     # the variables have the values before the rule modified the goal
     variables = client.get_variables(client.get_scope("Variables"))
-    assert "(mode DISPATCHED)" in variables["?g"]["value"]
+    assert "(mode DISPATCHED)" in variables["?goal-fact"]["value"]
 
 
 def test_line_breakpoints_have_conditions_counts_and_logs(client):
