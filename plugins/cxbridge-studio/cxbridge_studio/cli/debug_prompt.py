@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MAX_ROWS: Final = 200  # limit of the printed rows of a listing, chosen freely: a user reads all of them
+_MAX_ROWS: Final = 200  # limit of the printed rows of a listing; chosen freely
 
 HELP: Final = """\
 c                               continue

@@ -58,7 +58,7 @@ class _AgentOptions:
     ] = "lua"
 
     def check_unused(self) -> None:
-        """Check that all options have their defaults, since without a scenario the options have no effect.
+        """Check that each option has its default, since without a scenario the options have no effect.
 
         :raises CxbridgeError: if an option has another value.
         """

@@ -105,6 +105,7 @@ def _describe_operator_mismatch(find_facts: FactLookup, action: Mapping[str, str
     operators = {slots.get("name", ""): slots for slots in find_facts("domain-operator")}
     name = action.get("action-name", "")
     if name not in operators:
+        # an agent without any operator has no domain to compare with
         return (
             f"the domain has no operator '{name}'{bracketed_suggestion(name, operators)}" if operators else ""
         )
@@ -118,7 +119,8 @@ def _describe_operator_mismatch(find_facts: FactLookup, action: Mapping[str, str
     names = names or expected_names
     if len(names) != len(values):
         return f"it has {len(values)} values for the {len(names)} parameters ({' '.join(names)})"
-    # The effects of an action that has run may make its own precondition false.
+    # The effects of an action that has run may make its own precondition false. The slot `executable` is TRUE
+    # if the executive has found the precondition true, or none to check.
     if action.get("state") == "SENSED-EFFECTS-WAIT" or action.get("executable") == "TRUE":
         return ""
     blamed_atoms = Preconditions(find_facts).describe_blame(name, dict(zip(names, values, strict=True)))

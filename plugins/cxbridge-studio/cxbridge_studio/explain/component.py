@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.agent import Run
 
-MAX_QUESTIONS: Final = 4  # the length of the interface's message queue
+MAX_QUESTIONS: Final = 4  # the length of the interface's message queue, chosen freely
 
 # The limit of the transitions, and of the firings, that are kept to explain goals: lower than for a
 # recording, because a daemon runs for weeks.

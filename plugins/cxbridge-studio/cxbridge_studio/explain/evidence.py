@@ -34,7 +34,8 @@ from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagno
 from cxbridge_studio.explain.preconditions import FactLookup
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
-# The classes of events that a history keeps to explain goals.
+# The classes of events that the history of a scenario keeps to explain goals. It keeps no FactChange: the
+# facts themselves are in the environment.
 EVIDENCE_EVENT_TYPES: Final = (
     GoalTransition,
     PlanActionTransition,
@@ -76,7 +77,8 @@ class NoFactsError(TraceError):
 class EvidenceStep:
     """A transition, a planner call, a plan-action's fact, a board message, or an error of a Skiller.
 
-    :param rules: the rules that fired just before; the last rule caused the step.
+    :param rules: the rules that fired just before a transition or a planner call; the last rule caused it.
+        Empty for the other events.
     :param diagnosis: the diagnosis of a failed plan-action, made at the time of the failure: the facts may be
         retracted later.
     """
@@ -93,6 +95,7 @@ class FactLife:
     :param begin_rule: the rule that fired just before the assertion; empty if unknown.
     :param replaced_index: the index of the fact of the same template that the same firing retracted; -1 if
         there is none.
+    :param end_us: the time of the retraction; None while the fact exists.
     :param end_rule: the rule that fired just before the retraction; empty if unknown.
     """
 
@@ -137,7 +140,7 @@ class History:
         self._skiller_errors: dict[str, str] = {}
         self._recent_rules: deque[str] = deque(maxlen=MAX_RULES_BEFORE)
         self.fact_lives: dict[int, FactLife] = {}
-        self._last_retracted: FactLife | None = None  # the fact that the last firing retracted
+        self._last_retracted: FactLife | None = None  # the fact that the last firing retracted last
 
     def add_event(self, event: Event) -> None:
         """Keep an event if it explains goals, rules or facts."""

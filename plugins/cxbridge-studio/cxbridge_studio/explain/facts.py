@@ -11,7 +11,8 @@ from cxbridge_studio.explain.explanation import Explanation
 def explain_fact(evidence: Evidence, name: str) -> Explanation:
     """Explain a fact, named by its index: ``f-12``.
 
-    :raises CxbridgeError: if the fact is unknown; the hint says what to record.
+    :raises CxbridgeError: if the name is not an index, or the fact is unknown; if facts are not recorded, the
+        hint says how to record them.
     """
     index = parse_decimal(name.removeprefix("f-"))
     if index is None:

@@ -35,6 +35,7 @@ _ASSERTION: Final = re.compile(r"\(assert\s")
 
 _ACQUISITION: Final = re.compile(r"\(acquired-resources\s")  # a right-hand side that acquires resources
 
+# an atom in the text of a diagnosis: `(NAME VALUES) is false`
 _FALSE_ATOM: Final = re.compile(r"\((?P<name>[^\s()]+)(?P<values>(?:\s[^()]*)?)\) is false")
 
 
@@ -140,7 +141,12 @@ class RootCauseFinder:
         return problem + missing_rule or diagnosis.skiller_problem or diagnosis.error
 
     def _describe_end_of_atom(self, match: re.Match[str]) -> str:
-        """Return a false atom with the time at which it became false, and the action that made it false."""
+        """Return a false atom with the time at which it became false, and the action or rule that did this.
+
+        Return only the atom if its retraction is unknown.
+
+        :param match: a match of `_FALSE_ATOM`.
+        """
         text = f"(domain-fact (name {match['name']}) (param-values{match['values']}))"
         lives = [*self._evidence.history.fact_lives.values()]
         life = next((life for life in reversed(lives) if life.text == text), None)
@@ -227,8 +233,8 @@ def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagno
         name in names or (not names and rule not in skill_rules) for rule, names in rules.items()
     ):
         return ""
-    text = "no rule executes it: rule {} executes '{}', not '{}'"
-    if similar_rule_text := _describe_rule_for_similar_action(text, rules, diagnosis):
+    template = "no rule executes it: rule {} executes '{}', not '{}'"
+    if similar_rule_text := _describe_rule_for_similar_action(template, rules, diagnosis):
         return similar_rule_text
     if not skill_rules:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"

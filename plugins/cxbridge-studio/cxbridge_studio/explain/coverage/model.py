@@ -48,7 +48,7 @@ _CLASS_NAME = re.compile(r"[A-Za-z][\w-]*\Z")
 class RuleLines:
     """A defrule and its lines.
 
-    :param lines: the numbers of lines with code; the first is the line of the name.
+    :param lines: the numbers of the lines with code; the first is the line on which the defrule begins.
     """
 
     name: str
@@ -91,15 +91,15 @@ class AgentSources:
             self.goal_classes.update(_find_goal_class_names(definition.node))
 
     def add_source(self, source: RunSource | SourceRead, *, include_core: bool) -> None:
-        """Add the names of a recorded source: a CLIPS file or a PDDL domain.
+        """Add the names of a CLIPS file or a PDDL domain; ignore other sources, and sources without data.
 
         :param include_core: whether to include the built-in core.
         """
         if source.data is None:
             return
         text = source.data.decode("utf-8", "surrogateescape")
-        # Only the files of the built-in core rely on the `modify` of CLIPS 6.4: this tells them from the
-        # agent's.
+        # This tells the core's files from the agent's: only the built-in core relies on the `modify` of CLIPS
+        # 6.4. A file that CLIPS loads without the host has that `modify`, too, and counts as the core's.
         if source.role == "clips" and (include_core or source.details.get("modify") != "6.4"):
             self.add_file(TextFile(source.name, text))
         elif source.role == "pddl" and source.details.get("kind") == "domain":
@@ -138,7 +138,8 @@ class RecordedUse:
     :ivar outcomes: the number of goals by class and outcome.
     :ivar actions: the number of executions by action.
     :ivar skills: the number of executions by skill.
-    :ivar runs_without_firings: the runs without recorded firings.
+    :ivar runs_without_firings: the paths of the runs without recorded firings.
+    :ivar notes: the notes of the runs' recordings, each after the path of its run.
     """
 
     run_count: int = 0
@@ -202,10 +203,14 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core:
 
     :param include_core: whether to include the built-in core.
     """
-    steps = [step for step in find_build_sources(run, env) if step.role == "clips" and step.data is not None]
-    for source in (*steps, *run_sources(run, "pddl")):
+    clips_sources = [
+        source
+        for source in find_build_sources(run, env)
+        if source.role == "clips" and source.data is not None
+    ]
+    for source in (*clips_sources, *run_sources(run, "pddl")):
         agent.add_source(source, include_core=include_core)
-    return bool(steps)
+    return bool(clips_sources)
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,7 +250,8 @@ class Coverage:
     """The used and unused parts of an agent.
 
     :param outcomes: for each goal class in the runs, the number of goals by outcome.
-    :param missing_modes: for each goal class in the runs, the modes that no goal reached.
+    :param missing_modes: the goal classes in the runs, each with the modes that no goal reached; without the
+        classes that reached all modes.
     """
 
     run_count: int
@@ -269,7 +275,7 @@ class Coverage:
 
     @property
     def percent(self) -> float:
-        """The percentage of rules that fired; 100 for an agent without rules."""
+        """The percentage of the rules with recorded firings that fired; 100 if there are no such rules."""
         return 100.0 * self.fired_count / self.watched_count if self.watched_count else 100.0
 
 
