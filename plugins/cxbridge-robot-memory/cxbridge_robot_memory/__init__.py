@@ -2,5 +2,5 @@
 
 :mod:`component` has the robot memory of a run, :mod:`feature` the functions for rules, :mod:`store` the
 interface of stores. :mod:`embedded` is the store in this process, :mod:`mongodb` the store on MongoDB (extra
-``mongodb``); docs/several-agents.md.
+``mongodb``). See docs/several-agents.md.
 """

@@ -35,7 +35,10 @@ class Collection:
         return (document for document in self._find_candidates(query) if matches(document))
 
     def _find_candidates(self, query: Mapping[str, Any]) -> Iterable[Document]:
-        """Return a superset of the matching documents, in insertion order."""
+        """Return a superset of the matching documents.
+
+        The order is that of the insertions, but an index has a document that an update gave the value last.
+        """
         if not query:
             return self._documents.values()
         required_equalities = list(equalities(query))

@@ -51,7 +51,7 @@ class RobotMemoryComponent(Component):
     :raises CxbridgeError: if the robot memory cannot be opened.
     """
 
-    # before Hook.THINK: rules see the changes of other agents in the same cycle
+    # before Hook.THINK: rules see a changed status of a replica set in the same cycle
     hooks = (Hook.WORLDSTATE,)
     # the documents outlive a reset of the daemon, as with a database
     steady = True

@@ -73,11 +73,11 @@ class DocumentFile:
         hint = "another process has the file open" if "locked" in str(error) else "name another file"
         return RobotMemoryError(f"cannot open the robot memory: {error}", file=self._file, hint=hint)
 
-    def load_documents(self, store: Callable[[str, Document], object]) -> None:
+    def load_documents(self, add_document: Callable[[str, Document], object]) -> None:
         """Read the stored documents in insertion order. An error closes the file.
 
-        :param store: called with the collection's name and each document; raises an error for a damaged
-            document.
+        :param add_document: called with the collection's name and each document; raises an error for a
+            damaged document.
         :raises RobotMemoryError: if the file is damaged.
         """
         try:
@@ -87,7 +87,7 @@ class DocumentFile:
             for collection, encoded_document in self._db.execute(
                 "SELECT collection, document FROM documents ORDER BY rowid"
             ):
-                store(collection, _decode(encoded_document))
+                add_document(collection, _decode(encoded_document))
         # the last three: a document without `_id`, or columns of wrong types
         except (sqlite3.Error, RobotMemoryError, UnicodeError, KeyError, TypeError, AttributeError) as error:
             self._db.close()
@@ -117,9 +117,9 @@ class DocumentFile:
             "DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _encoded_id(identity))
         )
 
-    def _write(self, statement: str, values: tuple[object, ...]) -> None:
+    def _write(self, statement: str, parameters: tuple[object, ...]) -> None:
         try:
-            self._db.execute(statement, values)
+            self._db.execute(statement, parameters)
         except sqlite3.Error as error:
             raise RobotMemoryError(f"cannot write the robot memory: {error}", file=self._file) from None
 

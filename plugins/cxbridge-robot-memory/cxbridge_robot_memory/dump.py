@@ -14,7 +14,8 @@ from cxbridge_robot_memory.store import Store, split_name
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
     """Write all documents of a collection atomically; return the file.
 
-    :raises RobotMemoryError: if the file cannot be written.
+    :raises RobotMemoryError: if the file cannot be written, the name of the collection is invalid or contains
+        a slash, or the package pymongo is missing.
     """
     file = _dump_file(collection, folder)
     bson_bytes = _import_bsonvalues(file).encode_dump(store.find(collection))
@@ -30,7 +31,8 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
     """Replace a collection with its dump; return the number of documents.
 
     :param target: the replaced collection; empty: ``collection``.
-    :raises RobotMemoryError: if the file cannot be read or is not a dump.
+    :raises RobotMemoryError: if the file cannot be read or is not a dump, a name is invalid, the name of the
+        dumped collection contains a slash, or the package pymongo is missing.
     """
     # the whole file is read and checked before any document is removed
     file = _dump_file(collection, folder)

@@ -1,7 +1,7 @@
 """The store in this process: documents in memory, optionally persistent in a file.
 
-Each write has the same steps: check the document, write the file, change the memory, report the change. After
-an error in one of the first two steps, the memory is unchanged.
+Each write of a document has the same steps: check the document, write the file, change the memory, report the
+change. After an error in one of the first two steps, the memory has the document as before.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, f
 
 
 class _LocalWatch(Watch):
-    """A subscription to the changes of this process."""
+    """A subscription to the changes that this process makes in a collection."""
 
     def __init__(
         self, matches: Matcher, on_change: ChangeCallback, on_close: Callable[[_LocalWatch], None]
@@ -191,6 +191,7 @@ class EmbeddedStore(Store):
         return self._insert(collection, update.new_document(query, self._present_time()))
 
     def _apply_update(self, collection: str, document: Document, update: Update) -> Document:
+        """Update a stored document; return its new version, or the same document if nothing changes."""
         changed_document = update.apply(document, self._present_time())
         if changed_document is None:
             return document

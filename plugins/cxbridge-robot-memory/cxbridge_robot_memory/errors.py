@@ -11,7 +11,7 @@ class RobotMemoryError(ExecutiveError):
 
 
 class QueryError(RobotMemoryError):
-    """A document, query or update is invalid, or needs MongoDB."""
+    """A document, query, update or name of a collection is invalid, or needs MongoDB."""
 
 
 class DuplicateKeyError(RobotMemoryError):

@@ -78,6 +78,7 @@ def to_text(value: Any) -> str:
         items = ", ".join(map(to_text, value))
         return f"[ {items} ]" if items else "[  ]"
     format_value = next((format_value for kind, format_value in _FORMATTERS if isinstance(value, kind)), None)
+    # a value of a type that only MongoDB has becomes a string
     return _quoted_text(str(value)) if format_value is None else format_value(value)
 
 

@@ -1,4 +1,4 @@
-"""The robot memory of an application: the configured store, and interfaces with its status.
+"""The robot memory of a run: the configured store, and interfaces with its status.
 
 Fawkes' configuration keys are below ``/plugins/robot-memory``, cxbridge's keys below
 ``/cxbridge/robot-memory``; see docs/several-agents.md.
@@ -29,7 +29,7 @@ REPLICA_SET_INTERFACE = "MongoDBManagedReplicaSetInterface"
 
 
 class RobotMemory(Closing):
-    """The robot memory of one application, opened on first use.
+    """The robot memory of one run, opened on first use.
 
     :param board: receives the interfaces about replica sets.
     :param make_embedded: opens the embedded store. A team gives a function, because its agents share parts of

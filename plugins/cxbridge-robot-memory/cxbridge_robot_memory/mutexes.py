@@ -1,6 +1,6 @@
 """Mutexes as documents with the fields ``_id`` (the name), ``locked``, ``locked-by`` and ``lock-time``.
 
-Each operation is a single atomic update, which makes concurrent operations safe.
+Each operation on a mutex is a single atomic change, which makes concurrent operations safe.
 """
 
 from __future__ import annotations
@@ -72,7 +72,10 @@ class Mutexes:
         return mutex is not None
 
     def unlock(self, name: str, identity: str) -> bool:
-        """Unlock a mutex; return whether ``identity`` owned the mutex. Fawkes always returns FALSE."""
+        """Unlock a mutex, or create an open mutex if it is missing.
+
+        :returns: False if the mutex exists and ``identity`` is not its owner. Fawkes always returns FALSE.
+        """
         owner = identity or socket.gethostname()
         query = {"_id": name, "locked-by": owner}
         with suppress(DuplicateKeyError):
@@ -84,12 +87,15 @@ class Mutexes:
         return False
 
     def setup_ttl(self, max_age_s: float) -> bool:
-        """Let the database remove each mutex whose lock is older than this age, within a minute."""
+        """Let the database remove each mutex whose lock is older than this age, within a minute; return True.
+
+        :raises QueryError: in the embedded store, which cannot remove documents by age.
+        """
         self._store.create_index(self._collection, {"lock-time": 1}, expire_after_s=max_age_s)
         return True
 
     def expire(self, max_age_s: float) -> bool:
-        """Open each mutex whose lock has this age or is older."""
+        """Open each mutex whose lock has this age or is older; return True."""
         limit = from_ms(self._clock.now_us() // 1000 - int(max_age_s * 1000))
         self._store.update(self._collection, {"locked": True, "lock-time": {"$lte": limit}}, _OPENING_UPDATE)
         return True

@@ -292,7 +292,7 @@ def parse_order(order: Mapping[str, Any], operation: str = "sort") -> Order:
     """Return a requested order, checked.
 
     :param operation: the name of the operation, for the error.
-    :raises QueryError: if the order is invalid.
+    :raises QueryError: if the order is invalid or needs MongoDB.
     """
     if not order:
         raise QueryError(f"{operation} must have at least one path")
@@ -308,7 +308,7 @@ def parse_order(order: Mapping[str, Any], operation: str = "sort") -> Order:
 
 
 def sort_documents(documents: list[Document], order: Order) -> list[Document]:
-    """Return documents in a stable order.
+    """Return documents sorted by the values at paths; documents with equal values keep their order.
 
     :raises QueryError: if a path leads to an array, which needs MongoDB.
     """
@@ -322,6 +322,7 @@ def sort_documents(documents: list[Document], order: Order) -> list[Document]:
 def sort_key(document: Document, path: str, operation: str) -> Key:
     """Return the key of the single value at a path.
 
+    :param operation: the name of the operation, for the error.
     :raises QueryError: if the path leads to an array, which needs MongoDB.
     """
     value: Any = document

@@ -1,4 +1,6 @@
-"""Writes the status of a MongoDB replica set to an interface. Some agents wait for it at their start.
+"""Writes the status of a MongoDB replica set to an interface.
+
+Some agents wait for a primary server at their start.
 
 A replica set is a group of MongoDB servers with the same documents, which report changes.
 """

@@ -1,4 +1,4 @@
-"""The interface of document stores, implemented by :mod:`embedded` and :mod:`mongodb`.
+"""The interface of document stores, implemented by :mod:`embedded`, :mod:`split` and :mod:`mongodb`.
 
 Collections are named ``DATABASE.COLLECTION``, as in Fawkes. Stores copy their arguments and results, so that
 callers may change them.
@@ -26,7 +26,7 @@ The fields are ``operationType`` (insert, update, replace, delete), ``ns``, ``do
 ChangeCallback = Callable[[ChangeEvent], object]
 
 MAX_NAME_LENGTH = 120
-"""The maximum length of a collection's name, including the database."""
+"""The maximum length of a collection's name, with the database: the limit of older versions of MongoDB."""
 
 
 def split_name(collection: str) -> tuple[str, str]:
@@ -156,5 +156,5 @@ class Store(Closing):
         """
 
     def replica_set_status(self, _name: str) -> ReplicaSetStatus:
-        """Return the status of a replica set. May block."""
+        """Return the status of a replica set. May block. A local store always reports a primary."""
         return ReplicaSetStatus("PRIMARY", "HAVE_PRIMARY", "")

@@ -98,7 +98,10 @@ class Update:
         return changed_document if has_changes else None
 
     def new_document(self, query: Mapping[str, Any], now: datetime) -> Document:
-        """Return the document that an upsert inserts: the query's equalities, changed by the update."""
+        """Return the document that an upsert inserts: the query's equalities, changed by the update.
+
+        :raises QueryError: if the equalities conflict, or as in :meth:`apply`.
+        """
         query_document: Document = {}
         # by path, as in `__init__`; values may have no order
         for path, value in sorted(equalities(query), key=lambda equality: equality[0]):

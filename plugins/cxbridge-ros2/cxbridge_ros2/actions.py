@@ -1,8 +1,8 @@
 """Clients and servers of ROS 2 actions, made from the services and topics of a node.
 
-A client sends a goal (service ``send_goal``), at once requests its result (``get_result``, which the server
-answers at the end), and may cancel it (``cancel_goal``). The topics ``feedback`` and ``status`` report the
-progress in between.
+A client sends a goal (service ``send_goal``). When the server has accepted the goal, the client requests the
+result (``get_result``, which the server answers at the end). The client may also cancel the goal
+(``cancel_goal``). The topics ``feedback`` and ``status`` report the progress in between.
 """
 
 from __future__ import annotations
@@ -84,11 +84,11 @@ class SentGoal:
     :ivar accepted_s: the time of the acceptance, in seconds since the epoch; 0.0 before the acceptance.
     :ivar status: the last known status.
     :ivar feedback: the last feedback, or None.
-    :ivar result: the result message; None before the end.
+    :ivar result: the result message; empty if the goal ended without a result; None before the end.
     :ivar reason: why the result is missing, if the transport knows; else empty.
     :ivar is_cancel_requested: whether a cancel request was sent.
     :ivar cancel_refusal: the reason why the last cancel request was refused, or None.
-    :ivar server_numbers: the numbers of all servers that were present at a check so far.
+    :ivar server_numbers: the numbers of all servers that were present at the sending or at a later check.
     """
 
     def __init__(self, client: ActionClient, goal_id: bytes, observer: GoalObserver) -> None:
@@ -301,7 +301,8 @@ class ServedGoal:
     def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
         """End the goal and send the result to the clients that requested it.
 
-        :raises Ros2Error: if the result does not have the type of the action; the goal then continues.
+        :raises Ros2Error: if a client waits for the result, and the result does not have the type of the
+            action; the goal then continues.
         """
         self._server.finish(self, status, result)
 
@@ -326,6 +327,7 @@ class GoalServer(Closing):
 
     :param clock: the clock for the stamps of goals.
     :param right: the right that clients need to send a goal.
+    :raises Ros2Error: if the name or type is invalid.
     """
 
     def __init__(
@@ -456,7 +458,7 @@ class GoalServer(Closing):
         )
 
 
-# The execution of a goal. A step may yield feedback, and the generator returns the result. The generator
+# The execution of a goal. A step yields feedback or None, and the generator returns the result. The generator
 # raises `AbortedError` on failure, and returns early if `ServedGoal.is_cancel_requested` is set.
 Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
 
@@ -500,9 +502,9 @@ class ActionServer(Closing, GoalHandler):
 
     def step(self) -> None:
         """Execute the next step of each goal."""
-        for goal_id, (served_goal, steps) in list(self._executions.items()):
+        for goal_id, (served_goal, execution) in list(self._executions.items()):
             try:
-                feedback = next(steps)
+                feedback = next(execution)
             except StopIteration as end:
                 status = GoalStatus.CANCELED if served_goal.is_cancel_requested else GoalStatus.SUCCEEDED
                 self._finish(goal_id, status, end.value)
@@ -522,6 +524,6 @@ class ActionServer(Closing, GoalHandler):
         self._executions[served_goal.goal_id] = (served_goal, self._execute(served_goal))
 
     def _finish(self, goal_id: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        served_goal, steps = self._executions.pop(goal_id)
-        steps.close()
+        served_goal, execution = self._executions.pop(goal_id)
+        execution.close()
         served_goal.finish(status, result)

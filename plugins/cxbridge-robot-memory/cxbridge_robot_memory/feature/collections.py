@@ -73,14 +73,14 @@ class CollectionFunctions:
         self._update(collection, self._document(doc, "robmem-upsert"), query, upsert=True)
 
     def _update(self, collection: str, fields: Document, query: Value, *, upsert: bool) -> None:
-        criteria = self._query(query)
+        criteria = self._parse_query(query)
         if not fields:  # MongoDB refuses a $set without fields before version 5
             return
         try:
             self._store.update(collection, criteria, {"$set": fields}, upsert=upsert)
         except DuplicateKeyError as error:
-            # expected: wm-robmem-sync upserts with a query that fails if another agent has written a newer
-            # document
+            # expected: wm-robmem-sync upserts with a query that matches no document if another agent has
+            # written a newer document
             self._log.debug(f"Update of {collection} refused: {error}")
 
     def remove(self, collection: str, query: Value) -> None:
@@ -116,7 +116,10 @@ class CollectionFunctions:
         return FALSE if document is None else self._handles.add(document)
 
     def cursor_more(self, _cursor: Value) -> None:
-        """Raise an error, which ends the right-hand side, as in Fawkes."""
+        """Refuse the call, which ends the right-hand side, as in Fawkes.
+
+        :raises ClipsError: always.
+        """
         raise ClipsError(
             "robmem-cursor-more is no longer supported", hint="robmem-cursor-next is FALSE at the end"
         )
@@ -139,7 +142,10 @@ class CollectionFunctions:
         return TRUE
 
     def trigger_register(self, collection: str, query: Value, name: str) -> Value:
-        """Register a trigger for changes of a collection. A feedback fact reports success."""
+        """Register a trigger for changes of a collection. A feedback fact reports success or failure.
+
+        :returns: FALSE if a trigger of this name is being registered, TRUE otherwise.
+        """
         try:
             criteria = validated_copy(self._document(query, "robmem-trigger-register"))
         except ClipsError:
@@ -181,8 +187,11 @@ class CollectionFunctions:
         """
         return self._handles.get(address, dict, function)
 
-    def _query(self, query: Value) -> Document:
-        """Return a query that a rule gives as a document or as JSON."""
+    def _parse_query(self, query: Value) -> Document:
+        """Return a query that a rule gives as a document or as JSON.
+
+        :raises ClipsError: if the query is neither.
+        """
         if isinstance(query, ExternalAddress):
             return self._document(query, "robmem-update: query")
         if isinstance(query, str):

@@ -41,6 +41,7 @@ class RobotMemoryContext:
 
     def assert_queued_facts(self) -> None:
         """Assert the queued facts. The environment must be locked."""
+        # only the facts of this moment, since other threads may add facts at the same time
         for _ in range(len(self._assertions)):
             self._assertions.popleft()()
 
@@ -49,7 +50,10 @@ class RobotMemoryContext:
         self._assertions.append(lambda: self.env.assert_ordered(relation, fields))
 
     def enqueue_event(self, name: str, change: ChangeEvent) -> None:
-        """Queue the facts of an event for the next run."""
+        """Queue the facts of an event for the next run.
+
+        :param name: the name of the trigger.
+        """
         received_us = self.env.bus.clock.now_us()
         self._assertions.append(lambda: self._assert_event(name, change, received_us))
 
@@ -85,7 +89,7 @@ class RobotMemoryContext:
             return False
 
     def close(self) -> None:
-        """Stop the threads and drop the queued facts."""
+        """Wait for the running operations, and drop the waiting operations and the queued facts."""
         if self._threads is not None:
             self._threads.shutdown(wait=True, cancel_futures=True)
         self._assertions.clear()

@@ -78,11 +78,16 @@ class DocumentFunctions:
         )
 
     def append_regex(self, doc: Value, field: str, pattern: Value) -> None:
+        """Set a field to a regular expression.
+
+        :raises ClipsError: if the pattern is not a string.
+        """
         if isinstance(pattern, Symbol) or not isinstance(pattern, str):
             raise ClipsError("Regex string has to be of type string")
         self._set_field(self._document(doc, "bson-append-regex"), field, Regex(str(pattern)))
 
     def append_array(self, doc: Value, field: str, values: tuple[Value, ...]) -> None:
+        """Set a field to an array. Values of unknown types are left out after a warning."""
         document = self._document(doc, "bson-append-array")
         items = (self._to_bson(value, f"bson-append-array: field {field}") for value in values)
         self._set_field(document, field, [item for item in items if item is not MISSING])
@@ -117,6 +122,7 @@ class DocumentFunctions:
         self._set_field(self._document(doc, "bson-array-finish"), field, items)
 
     def _set_field(self, document: Document, field: str, value: Any) -> None:
+        """Set a field to a copy of a value; do nothing for :data:`MISSING`."""
         if value is not MISSING:
             # `validated_copy` takes documents only, so the value is copied in a document of this field alone
             document[str(field)] = validated_copy({field: value})[field]
@@ -141,7 +147,7 @@ class DocumentFunctions:
         return tuple(self._document(doc, "bson-field-names"))
 
     def has_field(self, doc: Value, field: str) -> Value:
-        """Return whether a field exists. Dots in the name descend into documents."""
+        """Return TRUE if a field exists, FALSE otherwise. Dots in the name descend into documents."""
         return FALSE if _value_at(self._document(doc, "bson-has-field"), field) is MISSING else TRUE
 
     def get(self, doc: Value, field: str) -> Value:
@@ -160,7 +166,10 @@ class DocumentFunctions:
         return FALSE
 
     def get_array(self, doc: Value, field: str) -> Value:
-        """Return the elements of an array; FALSE if any element has no CLIPS equivalent."""
+        """Return the elements of an array; FALSE if any element has no CLIPS equivalent.
+
+        :raises ClipsError: if the field is not an array.
+        """
         items = _value_at(self._document(doc, "bson-get-array"), field)
         if not isinstance(items, list):
             raise ClipsError(f"bson-get-array: field {field} is not an array")
@@ -169,7 +178,10 @@ class DocumentFunctions:
         return tuple(map(self._to_clips, items)) if all(map(_is_supported, items)) else (FALSE,)
 
     def get_time(self, doc: Value, field: str) -> Value:
-        """Return a time as seconds and microseconds; FALSE twice if the document lacks the field."""
+        """Return a time as seconds and microseconds; FALSE twice if the document lacks the field.
+
+        :raises ClipsError: if the field is not a time.
+        """
         value = _value_at(self._document(doc, "bson-get-time"), field)
         if isinstance(value, datetime):
             seconds, milliseconds = divmod(to_ms(value), 1000)

@@ -25,7 +25,7 @@ from cxbridge_robot_memory.memory import RobotMemory
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
 """cxbridge's helper functions in CLIPS."""
 
-# CLIPS refuses an ordered fact whose relation no construct has named before
+# assert_ordered() refuses a relation that no construct has named before
 _RELATIONS = (
     "(deffunction robmem-relations () (assert (mutex-op-feedback) (mutex-trigger-register-feedback)))"
 )

@@ -35,6 +35,7 @@ class MutexFunctions:
         )
         for name, operation, argument_count in operations:
             self._define(env, name, operation, argument_count)
+        # the age of the locks is an integer or a float (ld)
         self._define_waiting(env, "setup-ttl", mutexes.setup_ttl, "*;ld")
         self._define_waiting(env, "expire-locks", mutexes.expire, "*;ld")
         env.define("robmem-mutex-expire-locks-async", self._expire_async, 1, types="*;ld")
@@ -72,7 +73,7 @@ class MutexFunctions:
         )
 
     def _perform(self, name: str, operation: Callable[..., bool], *arguments: Value) -> Value:
-        """Perform an operation, and return TRUE or FALSE."""
+        """Perform an operation; return its result as TRUE or FALSE, and FALSE after an error."""
         return TRUE if self._context.try_operation(f"Mutex {name}", partial(operation, *arguments)) else FALSE
 
     def _start_async(self, name: str, operation: Callable[..., bool], mutex: str, *identity: Value) -> Value:
@@ -82,28 +83,34 @@ class MutexFunctions:
         """
 
         def run() -> None:
-            success = self._context.try_operation(f"Mutex {name}", partial(operation, mutex, *identity))
-            self._queue_feedback(name, mutex, success=success)
+            is_successful = self._context.try_operation(f"Mutex {name}", partial(operation, mutex, *identity))
+            self._queue_feedback(name, mutex, is_successful=is_successful)
 
         if self._context.start_operation(f"mutex {mutex}", run):
             return (TRUE,)
-        self._queue_feedback(name, mutex, success=False)
+        self._queue_feedback(name, mutex, is_successful=False)
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
-    def _queue_feedback(self, name: str, mutex: str, *, success: bool) -> None:
+    def _queue_feedback(self, name: str, mutex: str, *, is_successful: bool) -> None:
         """Queue a fact with the outcome of an operation, if Fawkes has such a fact for the operation.
 
         Agents learn the remaining outcomes from the trigger on the collection of mutexes.
         """
-        if name == "renew-lock" or (name == "try-lock" and not success):
+        if name == "renew-lock" or (name == "try-lock" and not is_successful):
             self._context.enqueue_fact(
-                _FEEDBACK_RELATION, Symbol(f"{name}-async"), OK if success else FAIL, Symbol(mutex)
+                _FEEDBACK_RELATION, Symbol(f"{name}-async"), OK if is_successful else FAIL, Symbol(mutex)
             )
 
     def _expire_async(self, max_age_s: float) -> Value:
+        """Start to open old mutexes; return FALSE if the previous call is still running, TRUE otherwise."""
+
         def run() -> None:
-            success = self._context.try_operation("Expiring locks", partial(self._mutexes.expire, max_age_s))
-            self._context.enqueue_fact(_FEEDBACK_RELATION, Symbol(_EXPIRE_OPERATION), OK if success else FAIL)
+            is_successful = self._context.try_operation(
+                "Expiring locks", partial(self._mutexes.expire, max_age_s)
+            )
+            self._context.enqueue_fact(
+                _FEEDBACK_RELATION, Symbol(_EXPIRE_OPERATION), OK if is_successful else FAIL
+            )
 
         if self._context.start_operation(_EXPIRE_OPERATION, run):
             return TRUE

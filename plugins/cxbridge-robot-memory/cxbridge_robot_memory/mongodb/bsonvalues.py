@@ -13,6 +13,7 @@ from bson.codec_options import CodecOptions
 from cxbridge_robot_memory.errors import QueryError
 from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp
 
+# the times of documents have a zone, as in the embedded store
 CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
 _OPTION_LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "x"}
 
@@ -40,7 +41,7 @@ def from_bson(value: Any) -> Any:  # noqa: PLR0911 - one return for each type
             return {name: from_bson(item) for name, item in value.items()}
         case list():
             return [from_bson(item) for item in value]
-        case bson.Int64():  # a subclass of int, which compares and pickles differently
+        case bson.Int64():  # a subclass of int, whose type `order_key` does not know
             return int(value)
         case bson.ObjectId():
             return ObjectId(str(value))

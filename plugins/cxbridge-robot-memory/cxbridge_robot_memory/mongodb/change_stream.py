@@ -1,8 +1,8 @@
 """Change streams of MongoDB that survive disconnections.
 
 A change stream reports the changes of a collection from the oplog, the log of a replica set. Each event has a
-token. A lost stream is opened again after the token of the last reported event, so that no event is missed
-while the oplog contains it.
+token. A lost stream is opened again after the token of the last event that was read, so that no event is
+missed while the oplog contains it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _REPORTED_TYPES = {"insert", "update", "replace", "delete"}
 class MongoWatch(Watch):
     """Reports changes of a collection in a separate thread.
 
-    :param pipeline: the aggregation pipeline of events.
+    :param pipeline: the stages of an aggregation that select the events; empty for all events.
     :param warn: called on disconnection and reconnection.
     :param on_close: called when the watch is closed.
     :raises PyMongoError: if the stream cannot be opened now.
@@ -87,7 +87,9 @@ class MongoWatch(Watch):
                 if isinstance(error, OperationFailure) and not error.has_error_label(
                     "ResumableChangeStreamError"
                 ):
-                    self._token = None  # the oplog no longer contains the event of the token
+                    # The error would repeat with the token, e.g. if the oplog no longer contains its event.
+                    # The new stream begins at present: the events in between are lost.
+                    self._token = None
                 self._end.wait(_RETRY_S)
             # an error, or the removal of the collection, may have ended the stream
             stream = None if stream is None or not stream.alive else stream

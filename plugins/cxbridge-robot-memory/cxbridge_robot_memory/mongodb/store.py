@@ -146,7 +146,10 @@ class MongoStore(Store):
         return watch
 
     def replica_set_status(self, name: str) -> ReplicaSetStatus:
-        """Return the status of a replica set from the first server that replies."""
+        """Return the status of a replica set, as one of its servers reports it.
+
+        Without a reply, the status is ``UNKNOWN`` with the error.
+        """
         # Fawkes' names of the sets are robot-memory-distributed and robot-memory-local
         client = self._distributed_client if name.endswith("distributed") else self._local_client
         try:
@@ -159,10 +162,10 @@ class MongoStore(Store):
                 "NO_PRIMARY",
                 f"{name}: this MongoDB is not a replica set, so it reports no changes",
             )
-        # by the field of the reply that is true for a server with the role
-        roles = {"isWritablePrimary": "PRIMARY", "secondary": "SECONDARY", "arbiterOnly": "ARBITER"}
+        # the field of the reply is true for a server with the role
+        roles_by_field = {"isWritablePrimary": "PRIMARY", "secondary": "SECONDARY", "arbiterOnly": "ARBITER"}
         return ReplicaSetStatus(
-            next((role for field, role in roles.items() if hello.get(field)), "INITIALIZING"),
+            next((role for field, role in roles_by_field.items() if hello.get(field)), "INITIALIZING"),
             "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY",
             "",
         )
@@ -177,9 +180,10 @@ class MongoStore(Store):
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
         """Provide a collection, and convert the errors of pymongo.
 
-        :raises UnreachableError: at once for some time after a failed connection.
-        :raises QueryError: if the values of the query cannot be encoded.
-        :raises RobotMemoryError: for each error of the database.
+        :raises UnreachableError: if the connection fails, and at once in the pause after such a failure.
+        :raises QueryError: if the name is invalid, values cannot be encoded, or the database reports another
+            error.
+        :raises DuplicateKeyError: if a document with the ``_id`` or with a unique value exists.
         """
         database, name = split_name(collection)
         client = self._distributed_client if database in self._shared_databases else self._local_client
@@ -198,7 +202,7 @@ class MongoStore(Store):
 
 def _convert_error(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
     """Return the robot memory's error for an error of pymongo."""
-    # pymongo has no class for the duplicate key of a find_one_and_update
+    # this includes the errors of the class DuplicateKeyError in pymongo
     if isinstance(error, mongo_errors.OperationFailure) and error.code == _DUPLICATE_KEY:
         return DuplicateKeyError(str(error))
     if isinstance(error, mongo_errors.ConnectionFailure | mongo_errors.ExecutionTimeout):

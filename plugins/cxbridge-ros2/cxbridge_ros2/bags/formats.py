@@ -40,6 +40,7 @@ FORMATS = (
     Format("rosbag", 5, recognises=_is_bag_file, reader=_READER),
     Format("rosbag", 6, recognises=_is_bag_folder, reader=_READER),
 )
+# The numbers give the positions in lists of formats.
 COPIES = (
     CopyFormat("rosbag", 50, "cxbridge_ros2.bags.writer:open_mcap"),
     CopyFormat("rosbag-sqlite3", 51, "cxbridge_ros2.bags.writer:open_sqlite3"),

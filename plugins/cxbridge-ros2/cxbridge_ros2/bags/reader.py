@@ -48,8 +48,10 @@ class BagRun(Run):
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         super().__init__(path, registry)
-        texts = ACTION_DEFINITIONS | generate_definitions(map(self.registry.schema, self.registry.names()))
-        self._definitions = Definitions(texts=texts)
+        definition_texts = ACTION_DEFINITIONS | generate_definitions(
+            map(self.registry.schema, self.registry.names())
+        )
+        self._definitions = Definitions(texts=definition_texts)
         self._codec = Codec(self._definitions)
 
     def __iter__(self) -> Iterator[Event]:
@@ -71,9 +73,8 @@ class BagRun(Run):
             ):
                 converter = converters[connection.topic, connection.msgtype]
                 yield from self._convert(converter, connection, message, time_ns)
-            if (
-                omitted_counts and not has_events
-            ):  # in a bag with events, the other messages repeat the events
+            # in a bag with events, the other messages repeat the events
+            if omitted_counts and not has_events:
                 counts = (f"{topic}: {count}" for topic, count in sorted(omitted_counts.items()))
                 self.note(f"left out: {', '.join(counts)}")
 
@@ -87,7 +88,7 @@ class BagRun(Run):
             self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {type_name}: {error}")
 
     def metadata(self) -> Mapping[str, str]:
-        """Return the metadata of the run that the bag contains, with the ROS distribution."""
+        """Return the metadata of the run that the bag contains, with the ROS distribution if it is known."""
         with self._open() as bag:
             # some storages have no metadata, and some metadata has no custom values
             custom_values: Mapping[str, Any] = (
@@ -124,7 +125,7 @@ class BagRun(Run):
     @contextmanager
     def _open(self) -> Iterator[Reader]:
         try:
-            limit_unpacking()
+            limit_unpacking()  # a small file could unpack to more than the memory
             bag = Reader(self.path)
             bag.open()
         except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors in rosbags
@@ -174,7 +175,7 @@ class BagRun(Run):
 
 
 def _find_differing_connections(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
-    """Yield the connections in files of the bag whose QoS differs from that in the metadata.yaml.
+    """Yield a copy of each connection whose QoS in a file of the bag differs from that in the metadata.yaml.
 
     Without these connections, rosbags would leave out the messages of the files. The attribute ``ext`` of a
     connection has the QoS.
