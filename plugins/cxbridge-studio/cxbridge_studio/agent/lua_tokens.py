@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+# Comments and strings may have long brackets, such as [[...]] or [==[...]==]: both brackets of a pair have
+# the same number of =. Without its closing bracket, a comment or string extends to the end of the text.
 _TOKEN: Final = re.compile(
     r"""(?P<comment>--\[(?P<comment_level>=*)\[.*?(?:\](?P=comment_level)\]|\Z)|--[^\n]*)
     |(?P<string>"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'
@@ -37,7 +39,7 @@ class Token:
 
     @property
     def literal(self) -> str | None:
-        """The value of a short string without escapes; None for any other token."""
+        """The value of a string in quotes without escapes; None for any other token."""
         is_literal = self.kind == "string" and self.text[0] != "[" and "\\" not in self.text
         return self.text[1:-1] if is_literal else None
 
@@ -74,22 +76,22 @@ def read_tokens(text: str) -> list[Token]:
 
 
 def read_table(tokens: Sequence[Token]) -> Table | None:
-    """Return the table that the tokens begin with; None if they begin with another value."""
+    """Return the table that the tokens begin with; None if they begin with no closed table."""
     if not tokens or tokens[0].text != "{":
         return None
     outer_depth = tokens[0].depth
     table = Table()
-    value: list[Token] = []
+    value_tokens: list[Token] = []
     for token in tokens[1:]:
         is_end = token.text == "}" and token.depth == outer_depth
         if not is_end and not (token.text in {",", ";"} and token.depth == outer_depth + 1):
-            value.append(token)
+            value_tokens.append(token)
             continue
-        if len(value) > 1 and value[0].kind == "name" and value[1].text == "=":
-            table.fields[value[0].text] = value[2:]
-        elif value and value[0].text != "[":  # [EXPRESSION] = VALUE has a computed key, and is left out
-            table.items.append(value)
-        value = []
+        if len(value_tokens) > 1 and value_tokens[0].kind == "name" and value_tokens[1].text == "=":
+            table.fields[value_tokens[0].text] = value_tokens[2:]
+        elif value_tokens and value_tokens[0].text != "[":  # not a computed key
+            table.items.append(value_tokens)
+        value_tokens = []
         if is_end:
             return table
     return None

@@ -111,8 +111,8 @@ class AgentModel:
                 for variant in names
                 for placed_mention in file.mentions_by_name.get(variant, ())
             ]
-            # By the starts of the pieces: the mentions of a piece are in order already.
-            for start, mention in sorted(placed_mentions, key=lambda placed_mention: placed_mention[0]):
+            # In the order of the text: a piece may have mentions of two variants.
+            for start, mention in sorted(placed_mentions, key=lambda placed: placed[0] + placed[1].start):
                 if not uses or mention.use in uses:
                     yield FileMention(file, mention.shifted(start))
 
@@ -143,7 +143,10 @@ class AgentModel:
                         yield FileMention(file, mention.shifted(start))
 
     def find_names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
-        """Return the names of a kind that have one of the uses; without uses, all names of the kind."""
+        """Return the texts of a kind's names that have one of the uses; without uses, of all its names.
+
+        :param owner: the owner of the names, such as a template for slots; None for any owner.
+        """
         return {
             name.text
             for file in self._files.values()

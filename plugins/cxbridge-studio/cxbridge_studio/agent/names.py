@@ -93,8 +93,10 @@ class Piece(Struct, frozen=True, dict=True):
     A piece does not contain its position in the file, so that a change elsewhere in the file leaves the piece
     valid.
 
-    :param keyword: ``defrule``, ``:action``, ``skill``, or the first word of a command.
-    :param name: the name that the piece defines; None if the piece defines none.
+    :param keyword: the first word of a construct, section or command, such as ``defrule`` or ``:action``; the
+        sort of file, such as ``skill``, if the file is read as a whole.
+    :param name: the name of the piece itself; None if it has none. A piece without a name may define names,
+        as ``defglobal`` does.
     :param text: the source text.
     :param mentions: the names in the piece, in the order of the text.
     :param is_closed: whether all parentheses of the piece are closed.
@@ -125,7 +127,7 @@ class Piece(Struct, frozen=True, dict=True):
 
 
 class ParseProblem(Struct, frozen=True):
-    """A syntax error that ends the reading of a file.
+    """A syntax error, because of which a file has no names, or only those of its readable parts.
 
     :param line: the line of the error, from 1.
     :param column: the column of the error, from 1.
@@ -157,8 +159,8 @@ class PlacedPiece(NamedTuple):
 class SourceFile(Struct, frozen=True, dict=True):
     """A file of an agent, as far as it can be read.
 
-    :param path: the absolute path of the file.
-    :param problem: the syntax error that ends the reading of the file; None if there is none.
+    :param path: the path of the file, which identifies the file in a model.
+    :param problem: the syntax error that the reader reports; None if there is none.
     """
 
     path: str
@@ -184,12 +186,12 @@ class SourceFile(Struct, frozen=True, dict=True):
         return tuple(mention for placed_piece in self.pieces for mention in placed_piece.mentions)
 
     def piece_at(self, offset: int) -> PlacedPiece | None:
-        """Return the piece that contains an offset or ends there."""
+        """Return the piece that contains an offset or ends there; None if there is none."""
         index = bisect_right(self.pieces, offset, key=lambda placed_piece: placed_piece.start) - 1
         return self.pieces[index] if index >= 0 and offset <= self.pieces[index].end else None
 
     def mention_at(self, offset: int) -> Mention | None:
-        """Return the mention that contains an offset or ends there."""
+        """Return the mention that contains an offset or ends there; None if there is none."""
         placed_piece = self.piece_at(offset)
         if placed_piece is None:
             return None
@@ -199,7 +201,7 @@ class SourceFile(Struct, frozen=True, dict=True):
 
 
 def make_parse_problem(error: CxbridgeError) -> ParseProblem:
-    """Return the error of a reader as a problem of the file."""
+    """Return the error of a reader as a problem of the file; without a position, at the start of the file."""
     return ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
 
 

@@ -1,7 +1,7 @@
 """Reads the names in PDDL files: types, constants, predicates, and actions with their parameters.
 
-The executive's parser stops at the first mistake. This reader reads each section whose brackets are balanced,
-because an editor shows names while a user types.
+The executive's parser stops at the first mistake. In a broken file, this reader reads each section alone, and
+adds the brackets that the section lacks, because an editor shows names while a user types.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from cxbridge_studio.agent.names import (
 
 _ACTION_HEADS: Final = frozenset({":action", ":durative-action"})
 # The first words of formulas, terms and types in brackets that are not predicates.
-_NO_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS, ("either",))
+_NON_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS, ("either",))
 # Sections that are typed lists, with the kind of the names that they define.
 _TYPED_SECTIONS: Final = {
     ":types": NameKind.OBJECT_TYPE,
     ":constants": NameKind.CONSTANT,
     ":objects": NameKind.CONSTANT,
 }
-# A section of a domain or problem begins its line, so that sections can be found in a broken file, too.
+# By convention, a section of a domain or problem begins its line, which shows the sections of a broken file.
 _SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE | re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
@@ -69,7 +69,7 @@ def read_pddl(path: str, text: str) -> SourceFile:
 
 
 def _restore_declared_case(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
-    """Yield the pieces with each name in the case of its declaration, because PDDL ignores case."""
+    """Yield the pieces with each declared name in the case of its declaration, because PDDL ignores case."""
     declared_names = {
         _lower_name(mention.name): mention.name
         for _, piece in reversed(pieces)  # the first declaration of a name counts
@@ -117,6 +117,8 @@ def _read_piece(section: Group, text: str, start: int, end: int, lines: Lines | 
     """Return the piece of a section.
 
     :param text: the text of the whole file.
+    :param start: the offset of the section.
+    :param end: the offset of the next section, or the end of the text.
     :param lines: the lines of the section's text; None if the positions refer to the whole file.
     """
     reader = _SectionReader(Lines(text) if lines is None else lines, start if lines is None else 0)
@@ -214,7 +216,7 @@ class _SectionReader:
                 pending_items += self._read_operands(inner_item)
             elif inner_item.text.startswith("?"):
                 self._record_words((inner_item,), NameKind.PARAMETER, Use.READ, action)
-            elif not inner_item.text[0].isdigit():
+            elif not inner_item.text[0].isdigit():  # not a number
                 self._record_words((inner_item,), NameKind.CONSTANT, Use.NAMED)
 
     def _read_operands(self, group: Group) -> tuple[Item, ...]:
@@ -225,7 +227,7 @@ class _SectionReader:
         if not group.head:  # an empty group, or a list of groups
             return group.items
         head = group.head.lower()
-        if head not in _NO_PREDICATES:
+        if head not in _NON_PREDICATES:
             self._record_words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
         # The second item of a quantified formula declares its variables.
         return group.items[2 if head in QUANTIFIER_WORDS else 1 :]

@@ -14,7 +14,7 @@ from cxbridge.clipstext.syntax import SyntaxNode, compact, read_nodes, without_m
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import CE, PatternCE, parse_elements, split_rule
 
-_GLOBAL = re.compile(r"\?\*(.+)\*\Z")
+_GLOBAL = re.compile(r"\$?\?\*(.+)\*\Z")
 # Prefixes of functions that query facts of any template.
 _QUERY_PREFIXES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
 
@@ -24,7 +24,7 @@ class Prefix:
 
     :ivar texts: the texts of the conditional elements.
     :ivar fact_variables: the names of the fact variables, in the order of the patterns.
-    :ivar binding_ce_numbers: the number of the conditional element that binds each variable, from 1.
+    :ivar binding_ce_numbers: by variable, the number of the first conditional element that binds it, from 1.
     """
 
     def __init__(self, ces: Sequence[CE]) -> None:
@@ -67,7 +67,8 @@ class Condition:
 def parse_rule(text: str) -> Condition:
     """Parse a defrule.
 
-    :raises ClipsError: if the text is not a defrule, or its condition is nested too deeply.
+    :raises ClipsError: if the text is not a defrule, lacks the arrow, or has a condition that is nested too
+        deeply.
     """
     nodes = read_nodes(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:

@@ -45,9 +45,10 @@ def _find_handled_by_ce(ce: CE) -> frozenset[str]:
 
 @cache
 def find_core_files(*folders: Path) -> Mapping[str, str]:
-    """Return the file of the core that handles each sub-type, in the notation of specs.
+    """Return by sub-type the file of the core with the rules that handle it.
 
-    :param folders: the folders of the core; files in earlier folders hide those in later ones.
+    :param folders: the folders of the core; of several files for a sub-type, that in the first folder counts.
+    :returns: the files in the notation of specs: ``goals/NAME.clp``.
     """
     files: dict[str, str] = {}
     for folder in reversed(folders):

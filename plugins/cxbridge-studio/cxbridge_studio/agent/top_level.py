@@ -1,4 +1,4 @@
-"""Splits CLIPS text into top-level lists, so that a construct with an error affects no other."""
+"""Splits CLIPS text into top-level lists, so that a construct with an error affects no other construct."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, PARENTHESIS, blank, top_level_lists
 
-# The beginning of a construct at the start of a line. CLIPS has no nested constructs, so it also ends an
-# unclosed construct.
+# The beginning of a construct at the start of a line. The beginning also ends an unclosed construct, because
+# CLIPS has no nested constructs.
 _CONSTRUCT_BEGINNING: Final = re.compile(
     r"^[ \t]*(\((?:def(?:rule|template|facts|function|global|generic|method|class|module|instances|"
     r"message-handler))(?=[\s(]))",

@@ -1,8 +1,8 @@
 """Finds the unclosed list of a construct from its indentation and from the syntax of CLIPS.
 
 A parser notices a missing parenthesis only at the end of the construct, but any list in the construct may be
-the open list. A list is open if a line begins no deeper than the list, or if the list contains a word that
-cannot be in it: a slot in another slot, an arrow in a pattern.
+the open list. A list counts as open if a line begins no deeper than the list, or if the list contains a word
+that cannot be in it, such as a slot in another slot, or an arrow in a pattern.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
     """Return the offsets of the unclosed lists of a construct, in the order of the text.
 
     :param text: the text of the construct, up to the start of the next construct.
-    :param slots: the slot names of the known deftemplates, by deftemplate.
+    :param slots: the slot names of the known deftemplates, by deftemplate; none by default.
     """
     slots = slots or {}
     open_lists: list[_OpenList] = []
@@ -58,7 +58,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
             or (is_first_in_line and token != ")" and column <= open_lists[-1].column)
             or (is_head and _is_misplaced(token, open_lists, slots))
         ):
-            # a head belongs to the list that was just opened, so its parent is the unclosed list
+            # A head belongs to the list that was just opened: the parent of that list is the unclosed list.
             unclosed_starts.append(open_lists.pop(-2 if is_head else -1).start)
         if token == "(":
             open_lists.append(_OpenList(match.start(), column))
@@ -133,7 +133,8 @@ def _find_open_quote(construct: str) -> int | None:
     strings = [match for match in HIDDEN.finditer(construct) if match[0].startswith('"')]
     if not any(match["unclosed"] for match in strings):
         return None
-    # After a missing quote, each closing quote opens a string, and a word follows it directly.
+    # A string without its closing quote extends to the quote that opens the next string. Usually a word
+    # follows that quote directly, whereas a blank or a parenthesis follows a closing quote.
     shifted_strings = (
         match
         for match in strings

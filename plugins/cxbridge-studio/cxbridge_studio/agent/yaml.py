@@ -52,7 +52,7 @@ class _ConfigurationReader:
     def read_node(self, node: YamlNode, path: tuple[str, ...]) -> None:
         """Record the names in a node.
 
-        :param path: the keys above the node. Below a list, the index of a map is part of the path.
+        :param path: the keys above the node, and in lists the indices of all items but scalars.
         """
         if isinstance(node, YamlMap):
             for key, value in node.pairs:
@@ -61,8 +61,8 @@ class _ConfigurationReader:
                     self._record_key(key, value, (*path, *keys))
                     self.read_node(value, (*path, *keys))
         elif isinstance(node, YamlList):
-            for number, item in enumerate(node.items):
-                self.read_node(item, path if isinstance(item, YamlScalar) else (*path, str(number)))
+            for index, item in enumerate(node.items):
+                self.read_node(item, path if isinstance(item, YamlScalar) else (*path, str(index)))
         else:
             self._record_value(node, path)
 
@@ -103,13 +103,13 @@ class _ConfigurationReader:
         next_key_match = _KEY.search(self._text, start)
         end = next_key_match.start() if next_key_match else len(self._text)
         skill_match = _SKILL.search(self._text, start, end)
-        name = skill_match[1] if skill_match else value.text.strip()
+        skill = skill_match[1] if skill_match else value.text.strip()
         if skill_match:
-            self.mentions.append(Mention(Name(NameKind.SKILL, name), Use.CALLED, *skill_match.span(1)))
+            self.mentions.append(Mention(Name(NameKind.SKILL, skill), Use.CALLED, *skill_match.span(1)))
         self.mentions += [
             Mention(Name(kind, match[1], owner), use, *match.span(1))
             for kind, owner, use, pattern in (
-                (NameKind.ARGUMENT, name, Use.NAMED, _ARGUMENT),
+                (NameKind.ARGUMENT, skill, Use.NAMED, _ARGUMENT),
                 (NameKind.PARAMETER, action, Use.READ, _PLACEHOLDER),
             )
             for match in pattern.finditer(self._text, start, end)
@@ -136,7 +136,7 @@ def find_parent_keys(file: SourceFile, offset: int) -> Iterator[str]:
     """
     rest_of_line = file.text[offset:].partition("\n")[0]
     *lines, last_line = (file.text[:offset] + rest_of_line).split("\n")
-    # In an empty line, the cursor is the indentation.
+    # A line of blanks has the indentation of all its blanks: usually the cursor is at their end.
     indent = len(last_line) - len(last_line.lstrip(" ")) if last_line.strip() else len(last_line)
     for line in reversed(lines):
         match = re.match(r"( *)(?:- +)*([\w/-]+):", line)

@@ -57,7 +57,7 @@ _BLACKBOARD_FILE: Final = "BATCH|blackboard-init.clp"
 _CORE_REQUEST: Final = "the core"  # shown in place of the file of a request by the core
 _MAIN_MODULE: Final = Symbol("MAIN")
 # The number of parent folders of a CLIPS file in which to search for its scenario and for the files that it
-# loads.
+# loads. The limit is chosen freely: it keeps the search away from unrelated files far above.
 MAX_PARENT_FOLDERS: Final = 4
 
 
@@ -126,12 +126,12 @@ class Agent(Closing):
     """An agent under check. Use as a context manager, which frees the CLIPS environment.
 
     :param options: the options of a run.
-    :param sources: receives each source file when the file is read.
+    :param sources: receives each source file when the file is read; None for no receiver.
     :ivar files: the loaded CLIPS files, in the order of loading.
     :ivar requested_files: the files that the configuration and the CLIPS files load, including missing files.
     :ivar missing_files: the requested files that no folder contains.
-    :ivar late_interfaces: the interfaces that only files open, and that no entry preloads: by type the paths
-        of the files that CLIPS loads before it has the deftemplate.
+    :ivar late_interfaces: the interfaces that a CLIPS file opens and no configuration entry preloads. The
+        values are, by type, the paths of the files that CLIPS loads before it has the deftemplate.
     """
 
     def __init__(self, options: RunOptions, sources: Sink | None = None) -> None:
@@ -224,10 +224,10 @@ class Agent(Closing):
     def dropped_constructs(self) -> frozenset[tuple[str, str, str]]:
         """The constructs that CLIPS drops, as (file, keyword, name)."""
         return frozenset(
-            (str(file.path), kind, without_module(name))
+            (str(file.path), keyword, without_module(name))
             for file in self.files
             for diagnostic in file.diagnostics
-            for kind, _, name in [diagnostic.construct.partition(" ")]
+            for keyword, _, name in [diagnostic.construct.partition(" ")]
         )
 
     def is_loaded(self, construct: Construct) -> bool:
@@ -245,7 +245,7 @@ class Agent(Closing):
 
     @cached_property
     def deftemplates(self) -> frozenset[str]:
-        """The names of CLIPS' deftemplates with slots, in any module."""
+        """The names of CLIPS' deftemplates in all modules, except those of ordered facts."""
         return frozenset(self._clips_slots)
 
     @cached_property
@@ -260,7 +260,7 @@ class Agent(Closing):
         return slots
 
     def eval_words(self, expression: str) -> list[str]:
-        """Return the fields of an expression's multifield value; empty if the value has another type."""
+        """Return the texts of the fields in a multifield value; empty if the value has another type."""
         value = self.env.eval(expression)
         return list(map(str, value)) if isinstance(value, tuple) else []
 
@@ -291,13 +291,14 @@ class Agent(Closing):
     def find_file(self, name: str) -> Path | None:
         """Resolve a file name as the agent does; return None if no folder has the file."""
         module = self._set_module(_MAIN_MODULE)  # a loaded file may have left another module current
-        has_library = self.env.has_deffunction("path-resolve")  # a CLIPS program may run without the core
-        resolved_path = self.env.call("path-resolve", name) if has_library else None
+        # A CLIPS program may run without the core.
+        has_path_resolve = self.env.has_deffunction("path-resolve")
+        resolved_path = self.env.call("path-resolve", name) if has_path_resolve else None
         self._set_module(module)
         if isinstance(resolved_path, str) and resolved_path != "FALSE":
             return Path(resolved_path)
         paths = [folder / name for folder in self._search_folders]
-        return next(filter(is_readable_file, paths if has_library else [Path(name), *paths]), None)
+        return next(filter(is_readable_file, paths if has_path_resolve else [Path(name), *paths]), None)
 
     def find_feature(self, function: str) -> str:
         """Return a feature that provides a function and is not requested; empty if there is none.
@@ -320,7 +321,7 @@ class Agent(Closing):
             for file in loaded_files:
                 place = SourcePlace(file.mark.file, file.mark.line, file.mark.column)
                 self.requested_files.append(RequestedFile(str(file.path), place))
-                self._load_path(file.path, batch=file.is_batch)
+                self._load_path(file.path, is_batch=file.is_batch)
             return
         # The constructor has loaded these two files. The order below is that of a run's initialisation.
         for name in ("saliences.clp", "init.clp"):
@@ -353,6 +354,7 @@ class Agent(Closing):
         :param path: the path of the entry in the configuration.
         """
         name = self.config.get_str(f"{path}/name", default="")
+        # As in Fawkes' init.clp, only entries of stage-1 request a feature by default.
         if self.config.get_bool(f"{path}/feature-request", default=stage == STAGES[0]):
             self._request_feature(name)
         for key in ("file", "files"):
@@ -385,15 +387,18 @@ class Agent(Closing):
         if path is None:
             self.missing_files.append(requested_file)
         else:
-            self._load_path(path, batch=loader_prefix.startswith("BATCH"))
+            self._load_path(path, is_batch=loader_prefix.startswith("BATCH"))
 
-    def _load_path(self, path: Path, *, batch: bool) -> None:
-        """Load an existing file and the files that it loads."""
+    def _load_path(self, path: Path, *, is_batch: bool) -> None:
+        """Load an existing file and the files that it loads.
+
+        :param is_batch: whether CLIPS executes the file as commands, instead of loading its constructs.
+        """
         if any(file.path == path for file in self.files):
             return
         loader = self.env.loader
         diagnostic_count, file_count = len(loader.diagnostics), len(loader.files)
-        (loader.batch if batch else loader.load)(str(path))
+        (loader.batch if is_batch else loader.load)(str(path))
         diagnostics = loader.diagnostics[diagnostic_count:]
         known_paths = {file.path for file in self.files}
         new_files = [
@@ -423,7 +428,7 @@ class Agent(Closing):
                 self._load_file(f"{prefix}{name}", file.place(call))
 
     def _add_file(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
-        """List a file that CLIPS has loaded."""
+        """Add a file that CLIPS has loaded to the list of files, and return the file."""
         text = path.read_text("utf-8", "surrogateescape")
         is_core = path.is_relative_to(self.context.paths.core_dir) and self.context.paths.has_builtin_core
         file = (_make_core_file if is_core else ClipsFile)(path, text, diagnostics)
@@ -439,13 +444,17 @@ class Agent(Closing):
     def _has_interface(self, interface: str) -> bool:
         """Return whether CLIPS has the deftemplate of an interface.
 
-        CLIPS itself makes a deftemplate without slots for the pattern of a rule that it refuses.
+        The deftemplate of each interface has a slot ``id``. For the pattern of a rule that CLIPS drops, CLIPS
+        itself makes a deftemplate of this name without slots.
         """
         has_template = self.env.has_template(interface)
         return has_template and "id" in self.eval_words(f"(deftemplate-slot-names {interface})")
 
     def _preload_interface(self, interface: str) -> None:
-        """Add the deftemplate of an interface to the environment, as opening the interface in a run does."""
+        """Add the deftemplate of an interface to the environment, as opening the interface in a run does.
+
+        An empty type has no effect: it is computed, and known only in a run.
+        """
         if interface:
             self.env.call("blackboard-preload", interface)
 
@@ -461,10 +470,10 @@ def place_of(value: ConfigValue) -> SourcePlace:
     return SourcePlace(value.file, value.line, value.mark.column or 0)
 
 
-def find_search_folders(program: Path | None) -> tuple[Path, ...]:
-    """Return the folders to search for files that a CLIPS program loads; empty for a scenario."""
-    is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
-    return tuple(program.resolve().parents[:MAX_PARENT_FOLDERS]) if program is not None and is_program else ()
+def find_search_folders(path: Path | None) -> tuple[Path, ...]:
+    """Return the folders to search for the files that a CLIPS program loads; empty if the path is not one."""
+    is_program = path is not None and path.suffix == CLIPS_SUFFIX and path.is_file()
+    return tuple(path.resolve().parents[:MAX_PARENT_FOLDERS]) if path is not None and is_program else ()
 
 
 def needs_batch(file: Path) -> bool:

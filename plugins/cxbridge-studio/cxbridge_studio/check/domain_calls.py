@@ -14,7 +14,10 @@ from cxbridge.executive.pddl import Domain, load_domain, pairs_of
 from cxbridge_studio.check.agent import Agent, ClipsFile, read_first_argument
 
 MIN_PREDICATE_LIKENESS: Final = 0.75
-"""The minimum similarity with which a predicate counts as a misspelling of a declared predicate."""
+"""The minimum similarity with which a predicate counts as a misspelling of a declared predicate.
+
+It is higher than that of suggestions, because not only a hint depends on it, but also the finding.
+"""
 
 _PLANNER_FUNCTIONS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 
@@ -28,7 +31,7 @@ class DomainCall:
     :param name: the name of the domain's file; empty if the name is computed at run time.
     :param path: the domain's file; None if no folder contains the file.
     :param domain: the domain; None if the domain cannot be read.
-    :param error: the reason why the domain cannot be read.
+    :param error: the reason why the domain cannot be read; None if it is read, missing or computed.
     :param warnings: the mistakes that the parser tolerates.
     """
 
@@ -65,7 +68,7 @@ def find_domain_files(agent: Agent) -> list[Path]:
 
 
 def read_domains(agent: Agent) -> list[Domain]:
-    """Return the domains; empty if one of them cannot be read, which the check of domains reports."""
+    """Return the domains; empty if one of them is missing, has a computed name, or cannot be read."""
     domains = [call.domain for call in find_domain_calls(agent)]
     return [domain for domain in domains if domain is not None] if None not in domains else []
 

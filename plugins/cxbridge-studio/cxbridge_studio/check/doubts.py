@@ -91,9 +91,9 @@ def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str] | No
 
 
 def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
-    """Yield the objects without a type, if all parameters of actions have a type."""
+    """Yield the objects without a type, if all parameters of actions have a type other than ``object``."""
     groups = [group for action in domain.actions for group in action.parameters]
-    # A parameter of type `object` takes any object.
+    # A parameter without a type, or of type `object`, takes any object.
     if not groups or any(not group.types or "object" in group.types for group in groups):
         return
     for group in objects:
@@ -103,7 +103,7 @@ def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
 
 
 def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
-    """Yield the atoms of a goal that no action achieves, except atoms of undeclared predicates.
+    """Yield the doubts about atoms of a goal that no action achieves, except undeclared predicates.
 
     :param asserted_predicates: the predicates of facts from rules and problems.
     """

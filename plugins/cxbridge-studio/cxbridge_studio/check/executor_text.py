@@ -22,7 +22,8 @@ _EXECUTOR_BASES: Final = frozenset({"SkillExecutor", "Skill"})
 def read_executor_skills(executor: ExecutorSettings) -> tuple[str, ...] | None:
     """Return the skills of an executor without importing a user's file; None if they are computed.
 
-    :raises CxbridgeError: if the class is missing, with file and line.
+    :raises CxbridgeError: if the class does not load, or its file cannot be read or lacks the class. The error
+        names a file, and the line if it is known.
     """
     if not isinstance(executor.target, str) or is_installed(executor.target):
         return executor.skills()
@@ -35,7 +36,7 @@ def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param folder: the base of a relative file.
-    :raises SkillError: if the file or the class is missing.
+    :raises SkillError: if the file cannot be read or parsed, or lacks the class.
     """
     file_name, name = split_target(target)
     if not file_name.endswith(".py"):
@@ -46,9 +47,11 @@ def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
         tree = ast.parse(text, str(file))
     except SyntaxError as error:
         raise SkillError(f"the file does not load: {error.msg}", file=file, line=error.lineno) from None
+    # Python's parser raises these for null bytes and for deep nesting.
     except (OSError, ValueError, RecursionError, MemoryError) as error:
         raise SkillError(f"the file does not load: {type(error).__name__}: {error}", file=file) from None
     classes = {node.name: node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    # The file may also import the class, or make it without a class statement.
     if name not in classes and not re.search(rf"\b{re.escape(name)}\b|import \*", text):
         names = ", ".join(definition.name for definition in classes.values() if definition.bases)
         raise SkillError(

@@ -1,7 +1,7 @@
 """Finds mistakes in the text of a Lua skill that keep it from loading, or make a call fail.
 
-The skill is not executed: only names that the text has as literals are compared, and a skill that computes a
-name has no finding about it.
+The skill is not executed: only names that the text has as literals are compared, and no finding is about a
+computed name.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ _BINDING: Final = re.compile(
     r"|\bfunction\b[^()]{0,99}\(([^)]{0,999})\)"
     r"|\b(\w+)\s*+=\s*+(?!=|\3\b)"
 )
-_CONDITIONS: Final = frozenset({"cond", "precond", "cond_and_precond"})
+# The keys of conditions in a transition of a skill's state machine, as in Fawkes' hsm.lua.
+_CONDITION_KEYS: Final = frozenset({"cond", "precond", "cond_and_precond"})
 
 
 def find_load_mistakes(
@@ -45,6 +46,7 @@ def find_load_mistakes(
         check of interfaces.
     """
     tokens = read_tokens(text)
+    # A Lua module calls module(), or returns its table.
     if not any(token.text in {"module", "return"} for token in tokens):
         state = "makes no Lua module" if tokens else "is empty"
         yield 0, f"the file {state}, so there is no skill", "begin it with module(..., skillenv.module_init)"
@@ -61,16 +63,16 @@ def find_unknown_methods(text: str, find_schema: Callable[[str], InterfaceSchema
     """Yield the calls of methods that the interfaces of a skill lack, in code and in conditions."""
     tokens = read_tokens(text)
     bound_names = _find_bound_names(text)
-    methods: dict[str, tuple[str, frozenset[str]]] = {}
+    types_with_methods: dict[str, tuple[str, frozenset[str]]] = {}  # by variable
     for variable, type_token in _find_dependencies(tokens).items():
         if variable not in bound_names:
             try:
                 schema = find_schema(type_token.literal or "")
             except InterfaceError:
                 continue
-            methods[variable] = (schema.name, _list_methods(schema))
+            types_with_methods[variable] = (schema.name, _list_methods(schema))
     for variable, method in _find_method_calls(tokens):
-        type_name, method_names = methods.get(variable, ("", frozenset()))
+        type_name, method_names = types_with_methods.get(variable, ("", frozenset()))
         if type_name and method.text not in method_names:
             hint = (
                 did_you_mean(method.text, method_names)
@@ -95,7 +97,7 @@ def _find_method_calls(tokens: Sequence[Token]) -> Iterator[tuple[str, Token]]:
         previous_text = earlier_tokens[-1].text if earlier_tokens else ""
         # A condition follows `cond =`, or is an item of a transition: {STATE, TARGET, CONDITION}.
         if token.literal is not None and (
-            previous_text == "," or (previous_text == "=" and earlier_tokens[0].text in _CONDITIONS)
+            previous_text == "," or (previous_text == "=" and earlier_tokens[0].text in _CONDITION_KEYS)
         ):
             for variable, method in _find_method_calls(read_tokens(token.literal)):
                 # The text of the condition begins after the quote.
@@ -126,12 +128,12 @@ def _find_dependencies(tokens: Sequence[Token]) -> dict[str, Token]:
             dependency = read_table(item)
             if dependency is None:
                 continue
-            variable, type_token = (_read_literal(dependency.fields.get(key)) for key in ("v", "type"))
+            variable, type_token = (_find_literal_token(dependency.fields.get(key)) for key in ("v", "type"))
             if variable is not None and type_token is not None:
                 dependencies[variable.literal or ""] = type_token
     return dependencies
 
 
-def _read_literal(value: Sequence[Token] | None) -> Token | None:
+def _find_literal_token(value: Sequence[Token] | None) -> Token | None:
     """Return the token of a value that is only a string; None for any other value."""
     return value[0] if value and len(value) == 1 and value[0].literal is not None else None

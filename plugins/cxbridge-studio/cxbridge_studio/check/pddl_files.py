@@ -37,7 +37,7 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
             domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             # Without a problem, any predicate may be true at the start.
             return [*findings, *doubts.make_findings(str(file), doubts.find_domain_doubts(domain))]
-        path = _find_domain(file, domain_name)
+        path = _find_domain_file(file, domain_name)
         if path is None:
             message = f"there is no domain {domain_name} beside the problem"
             return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), message)]
@@ -58,8 +58,11 @@ def _check_problem(file: Path, problem: Problem, domain: Domain) -> Iterator[Fin
     )
 
 
-def _find_domain(problem: Path, name: str) -> Path | None:
-    """Return the file in a problem's folder that defines a domain; PDDL ignores the case of names."""
+def _find_domain_file(problem: Path, name: str) -> Path | None:
+    """Return the file in a problem's folder that defines a domain; None if there is none.
+
+    PDDL ignores the case of names.
+    """
     for path in sorted(problem.parent.glob(f"*{PDDL_SUFFIX}")):
         with suppress(PddlError):  # the folder may contain unreadable files, which are not the domain
             defined_name = _find_domain_name(read_text(path, "PDDL file"), Use.DEFINED)

@@ -25,8 +25,9 @@ class SourceAction:
     :param file: the CLIPS file with the plan-action.
     :param name_node: the node with the action's name.
     :param node: the asserted fact, or the call of the function.
-    :param names: the names of the parameters; None if they are missing or computed.
-    :param values: the values of the parameters; None if they are missing or computed.
+    :param names: the nodes of the parameters' names, some of which may be computed. None if they are missing,
+        if one variable holds them all, and for the call of a function.
+    :param values: the nodes of the parameters' values; None as for the names.
     """
 
     file: ClipsFile
@@ -61,8 +62,8 @@ def _find_fact_actions(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceActi
             file,
             name[0],
             fact,
-            None if names is None else listed_values(names),
-            None if values is None else listed_values(values),
+            None if names is None else _list_values(names),
+            None if values is None else _list_values(values),
         )
 
 
@@ -79,8 +80,8 @@ def _find_builders(file: ClipsFile) -> Iterator[tuple[str, int]]:
                 yield construct.name, parameters.index(slot.arguments[0].text)
 
 
-def listed_values(values: ValueNodes) -> ValueNodes | None:
-    """Return the nodes of a slot's or argument's values; None if one variable stands for all of them."""
+def _list_values(values: ValueNodes) -> ValueNodes | None:
+    """Return the nodes of a slot's values, also those in ``create$``; None if a variable holds them all."""
     if len(values) == 1 and values[0].head == "create$":
         values = values[0].arguments
     elif len(values) == 1 and values[0].text.startswith("?"):
@@ -90,5 +91,5 @@ def listed_values(values: ValueNodes) -> ValueNodes | None:
 
 def count_values(values: ValueNodes) -> int | None:
     """Return the number of values; None if a call or a multifield variable gives an unknown number."""
-    is_open = any(value.items is not None or value.text.startswith("$?") for value in values)
-    return None if is_open else len(values)
+    has_unknown_count = any(value.items is not None or value.text.startswith("$?") for value in values)
+    return None if has_unknown_count else len(values)

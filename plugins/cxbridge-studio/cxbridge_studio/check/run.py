@@ -37,6 +37,7 @@ from cxbridge_studio.check.pddl_files import PDDL_SUFFIX, check_pddl_file
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
 from cxbridge_studio.check.table import run_checks
 
+# A comment of CLIPS or PDDL (;), YAML (#) or Lua (--), with a reason after the codes.
 _SILENCING_COMMENT: Final = re.compile(r"[;#-]\s*cx-check: ignore (?P<codes>CX\d+(?:, ?CX\d+)*)\s+\S")
 
 
@@ -73,16 +74,18 @@ def _check_agents(options: RunOptions, *, errors_only: bool, portable: bool) -> 
 def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
     """Return the findings in a CLIPS file.
 
-    The file is checked as a part of the agent in a folder above, if that loads the file, or else as a
-    separate agent.
+    The file is checked as a part of the scenario in a folder above, if the first agent of the scenario loads
+    the file, or else as a separate agent.
     """
     for folder in file.parents[:MAX_PARENT_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
             scenario_options = replace(options, scenario=folder)
-            first_agent_options = replace(scenario_options, agent=find_agent_names(scenario_options)[0])
             # A scenario that cannot be read, or does not load the file, gives no findings for the file.
-            with suppress(CxbridgeError), Agent(first_agent_options) as agent:
+            with (
+                suppress(CxbridgeError),
+                Agent(replace(scenario_options, agent=find_agent_names(scenario_options)[0])) as agent,
+            ):
                 if any(loaded_file.path.resolve() == file for loaded_file in agent.files):
                     all_findings = _check_agents(scenario_options, errors_only=errors_only, portable=portable)
                     return drop_silenced_findings(
@@ -105,7 +108,7 @@ def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, por
 
 
 def _is_program(file: Path) -> bool:
-    """Return whether CLIPS loads a file without the executive's core."""
+    """Return whether CLIPS loads a file without the executive's core, and without a mistake."""
     env = StubbedEnvironment("program", EventBus(VirtualClock()))
     try:
         env.folders = find_search_folders(file)

@@ -19,7 +19,7 @@ from cxbridge_studio.check.lua_skills import find_load_mistakes
 
 
 def find_space_skills(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
-    """Return the file of each skill in a skill space; None if the space computes its skills.
+    """Return the file of each skill in a skill space; None if the space has no skills, or computes them.
 
     :param folders: the folders of Lua modules.
     :raises SkillError: if the space or one of its skills cannot be read, does not compile, or a skill occurs
@@ -43,7 +43,10 @@ class _SpaceReader:
         self._compiler = compiler
 
     def read_skills(self, module: str) -> dict[str, Path] | None:
-        """Return the file of each skill that a module loads; None if the module computes its skills."""
+        """Return the file of each skill that a module loads; None if it loads none, or computes them.
+
+        :raises SkillError: as :func:`find_space_skills`.
+        """
         path, text = self._read_module(module)
         skill_files: dict[str, Path] = {}
         for offset, names in _find_skill_uses(read_tokens(text)):
@@ -65,6 +68,7 @@ class _SpaceReader:
 
         :param space: the file of the space.
         :param line: the line of the call of ``use_skill``: the position of an error without a file.
+        :raises SkillError: if the module cannot be read, does not compile, or is not a skill.
         """
         try:
             path, text = self._read_module(module)
@@ -72,7 +76,7 @@ class _SpaceReader:
             if error.file is None:
                 error.file, error.line = str(space), line
             raise
-        # a Lua file is a single piece, which has the name of the skill
+        # A Lua file is a single piece, which has the name of the skill
         name = read_lua(str(path), text).pieces[0].piece.name
         if name is not None and name.kind is NameKind.SKILL:
             return name.text, path
@@ -81,7 +85,10 @@ class _SpaceReader:
         return None
 
     def _read_module(self, module: str) -> tuple[Path, str]:
-        """Return the path and the text of a module that compiles."""
+        """Return the path and the text of a module.
+
+        :raises SkillError: if the module cannot be read, or does not compile.
+        """
         text, _ = self._modules.read(module)
         path = self._modules.find(module)
         # Modules are read as Latin-1, which maps each byte of a Lua string to one character.

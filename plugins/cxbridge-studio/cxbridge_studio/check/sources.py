@@ -18,7 +18,8 @@ from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 def load_scenario_rules(options: RunOptions, env: str | None = None) -> Constructs:
     """Load a scenario without running it and return the constructs of its files.
 
-    :param env: the name of the environment, which is the name of the agent in a scenario with several agents.
+    :param env: the name of the environment, which is the name of the agent in a scenario with several agents;
+        None, or another name, for the agent of the options.
     """
     options.check()
     if env is not None and options.agent is None and env in find_agent_names(options):

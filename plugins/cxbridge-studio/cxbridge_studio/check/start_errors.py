@@ -28,8 +28,8 @@ _UNKNOWN_NAME_CODES: Final = frozenset({UNKNOWN_TEMPLATE, UNKNOWN_SLOT, UNKNOWN_
 def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return the error with the check's findings, and with the mistakes in files without findings.
 
-    Return the error of a lenient run unchanged: such a run starts despite the defects of a Fawkes checkout,
-    which the check would report.
+    The error is unchanged if the check finds no errors, or the run is lenient: a lenient run starts despite
+    the defects of a Fawkes checkout, which the check would report.
     """
     findings = find_errors(options)
     if not findings:
@@ -56,7 +56,7 @@ def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
 
 
 def find_errors(options: RunOptions) -> list[Finding]:
-    """Return the errors that the check finds in the agents of a run; none for a lenient run."""
+    """Return the errors that the check finds in a run's agents; none for a lenient run, or wrong options."""
     if source_of(options).is_lenient:
         return []
     options = replace(options, trace=None, log=None, bblog=None, replay=())  # the check records nothing

@@ -46,7 +46,8 @@ KEPT_FUNCTIONS: Final = ALLOWED_FUNCTIONS | {
     name: reason for reason, names in _FUNCTIONS_BY_REASON.items() for name in names.split()
 }
 
-# The number of loop iterations and function calls after which all evaluations are aborted as endless.
+# The number of loop iterations and function calls after which all evaluations are aborted as endless: more
+# than a hundred times the number that any shipped scenario or Fawkes' agent needs.
 MAX_EVALUATION_STEPS: Final = 200_000
 
 ENDLESS: Final = "ENDLESS"  # the code of the diagnostic about an aborted evaluation
@@ -148,6 +149,7 @@ def _check_record_layout(env: CData) -> None:
 
     :raises RuntimeError: if the layout differs, because functions would then run in place of their stubs.
     """
+    # The library exports SystemCommand, the C function of `system`: its address shows where the pointer is.
     record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env, b"system"))
     address = ctypes.cast(ctypes.CDLL(_clips.__file__).SystemCommand, ctypes.c_void_p).value
     if record[_POINTER_OFFSET] != address:
@@ -182,7 +184,7 @@ def _answer_open(env: CData, context: CData, result: CData) -> None:
     if not lib.UDFFirstArgument(context, lib.SYMBOL_BIT | lib.STRING_BIT, name):
         return
     path = decode(name.lexemeValue.contents)
-    lib.UDFNextArgument(context, _ALL_TYPES, mode)
+    lib.UDFNextArgument(context, _ALL_TYPES, mode)  # the logical name, which is not needed
     if lib.UDFHasNextArgument(context):
         lib.UDFNextArgument(context, lib.STRING_BIT, mode)
         if decode(mode.lexemeValue.contents) not in ("r", "rb"):

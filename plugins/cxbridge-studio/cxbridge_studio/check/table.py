@@ -40,7 +40,7 @@ def load_codes() -> dict[str, Code]:
 
 
 def run_checks(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
-    """Yield the findings of all checks about an agent, in the order of files and lines.
+    """Yield the findings of all checks about an agent, in the order of loaded files and of lines.
 
     :param errors_only: whether to skip warnings and notes.
     :param portable: whether to report code that Fawkes does not accept.
@@ -57,10 +57,10 @@ def run_checks(agent: Agent, *, errors_only: bool = False, portable: bool = Fals
         for finding in module.check(agent)
         if not errors_only or finding.code.severity is Severity.ERROR
     )
-    positions = {str(file.path): number for number, file in enumerate(agent.files)}
+    load_numbers = {str(file.path): number for number, file in enumerate(agent.files)}
 
     def sort_key(finding: Finding) -> tuple[int, str, int]:
         # Files that CLIPS does not load, such as the configuration, come first.
-        return positions.get(finding.place.file, -1), finding.place.file, finding.place.line
+        return load_numbers.get(finding.place.file, -1), finding.place.file, finding.place.line
 
     yield from sorted(unique_findings, key=sort_key)

@@ -29,10 +29,12 @@ from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile,
 from cxbridge_studio.check.findings import SourcePlace
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
-# The template of a fact in a string, such as the argument of `assert-string`.
-_FACT_IN_STRING: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_MIN_MISSPELT_LIKENESS: Final = 0.93  # the minimum similarity with which a name counts as misspelt
-# Functions that compare values: their words may select a goal class or a sub-type.
+# The first word of a list in a string, such as the template in the argument of `assert-string`.
+_LIST_HEAD_IN_STRING: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
+# The minimum similarity with which a name counts as misspelt. A name has this similarity if one of 15 letters
+# is wrong, or one of 8 letters is missing.
+_MIN_MISSPELT_LIKENESS: Final = 0.93
+# Functions that compare values, or list values to compare: their words may select a goal class or a sub-type.
 _COMPARISON_FUNCTIONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
 # Matches the templates whose facts cxbridge or its features assert, and templates with such a prefix.
@@ -147,7 +149,7 @@ class Construct:
 
     @cached_property
     def facts(self) -> tuple[FactUse, ...]:
-        """The literal facts that the construct asserts."""
+        """The facts that the construct asserts, except facts with a computed template."""
         single_valued_variables = self._find_single_valued_variables()
         return tuple(
             _make_fact_use(node, single_valued_variables) for node in self.asserted_nodes if node.head
@@ -231,10 +233,10 @@ def _make_fact_use(node: SyntaxNode, single_valued_variables: frozenset[str]) ->
 
 @dataclass
 class Usage:
-    """All facts that an agent's files match and assert, and the words in them.
+    """All facts that an agent's constructs match and assert, and the words in the constructs.
 
     :param configured_words: the words in the configuration, which rules may read.
-    :param deftemplates: the names of the deftemplates with slots in CLIPS.
+    :param deftemplates: the names of the deftemplates in CLIPS, except those of ordered facts.
     :param core_templates: the templates that files of the core name.
     :param constructs: the constructs of all files, in the order of loading.
     """
@@ -255,14 +257,14 @@ class Usage:
         return asserted_facts
 
     @cached_property
-    def templates_in_strings(self) -> frozenset[str]:
-        """The words after a parenthesis in strings: ``assert-string`` or ``eval`` may assert such facts."""
+    def list_heads_in_strings(self) -> frozenset[str]:
+        """The first words of lists in strings, which ``assert-string`` may assert, or ``eval`` may call."""
         return frozenset(
             word
             for construct in self.constructs
             for node in construct.action_nodes
             if node.text.startswith('"')
-            for word in _FACT_IN_STRING.findall(node.text)
+            for word in _LIST_HEAD_IN_STRING.findall(node.text)
         )
 
     @cached_property
@@ -281,7 +283,7 @@ class Usage:
 
     def is_made_elsewhere(self, template: str) -> bool:
         """Return whether facts of a template may come from anything but literal assertions in the files."""
-        if template in self.templates_in_strings or self._is_program_template(template) or self._loads_facts:
+        if template in self.list_heads_in_strings or self._is_program_template(template) or self._loads_facts:
             return True
         is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
         # A deftemplate that no file defines belongs to an interface or a feature, which may assert the facts.
@@ -289,7 +291,7 @@ class Usage:
 
     @cached_property
     def _loads_facts(self) -> bool:
-        """Whether the agent loads facts from files, which the check does not read."""
+        """Whether the agent loads facts or binary constructs from files, which the check does not read."""
         functions = self.model.find_names(NameKind.FUNCTION, Use.CALLED)
         return not functions.isdisjoint(("load-facts", "bload-facts", "bload"))
 

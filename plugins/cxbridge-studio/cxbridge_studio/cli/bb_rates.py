@@ -98,7 +98,7 @@ def _make_json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
 def _measure_rates(
     board: BlackBoard, globs: list[str], options: MeterOptions, deadline: Deadline
 ) -> Iterator[dict[str, RateMeter]]:
-    """Yield the meters of all interfaces by uid whenever a report is due, until the deadline."""
+    """Yield the meters of the matching interfaces by uid whenever a report is due, until the deadline."""
     from cxbridge.blackboard.following import Deadline, Feed
 
     with Feed(board, OWNER) as feed:

@@ -70,7 +70,7 @@ def check(
     if format_name not in FORMATS:
         raise CxbridgeError(f"--format cannot be '{format_name}'", hint=f"use one of: {', '.join(FORMATS)}")
     run_options = RunOptions(**vars(options))
-    if not source_of(run_options).is_named:
+    if not source_of(run_options).is_named:  # then the scenario in the working directory is meant
         run_options = dataclasses.replace(run_options, scenario=Path())
     findings = [shorten_path(finding) for finding in find_mistakes(run_options, portable=portable)]
     if text := FORMATS[format_name](findings):

@@ -1,6 +1,6 @@
-"""Checks the slots and values in changes of facts.
+"""Checks the slots of facts in variables, and the values that rules give them.
 
-CLIPS checks the slots only when the rule fires, and the values never.
+CLIPS checks these slots only when the rule fires, and the values in changes never.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _VARIABLE_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each slot and each value that the deftemplate of a fact in a variable lacks."""
+    """Yield a finding for each slot that the deftemplate of a fact lacks, and each value that it forbids."""
     slots = agent.slots
     for construct in agent.usage.constructs:
         for mention in construct.placed_piece.piece.mentions if agent.is_loaded(construct) else ():

@@ -1,4 +1,4 @@
-"""Checks the configuration: misleading values, keys that are never read."""
+"""Checks the configuration: misleading values, missing time facts, keys that are misspelt or never read."""
 
 from __future__ import annotations
 
@@ -79,7 +79,8 @@ _TIME_PATH: Final = "/clips-executive/assert-time-each-loop"
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the mistakes in the configuration.
 
-    An agent without a Fawkes configuration, such as a CLIPS program, has only the warnings of the reader.
+    Without a Fawkes configuration, as for agents of the ROS 2 CX, the time facts, the name of the spec and
+    unread keys are not checked.
     """
     reported_places: set[SourcePlace] = set()
     misspelt_keys: set[str] = set()
@@ -94,7 +95,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         match = _LOCATED_WARNING.match(warning)
         if match:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
-        # A second warning at the same position is a consequence of the first.
+        # A warning at the position of an earlier finding is a consequence of the same mistake.
         if not match or place not in reported_places:
             yield Finding(MISLEADING_VALUE, place, match["message"] if match else warning)
         reported_places.add(place)
@@ -105,7 +106,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_time(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding if the configuration turns time facts off, or has them only by default."""
+    """Yield a finding if a run has no time facts, or has them only by default."""
     config = agent.config
     value = config.get(_TIME_PATH) if config.exists(_TIME_PATH) else None
     config_file = SourcePlace(str(agent.context.paths.config_file))

@@ -101,7 +101,7 @@ _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the constructs that CLIPS drops because of a mistake in the construct."""
+    """Yield a finding for each construct that CLIPS drops because of a mistake in the construct itself."""
     dropped_names = {
         diagnostic.construct.partition(" ")[2]
         for file in agent.files
@@ -178,7 +178,7 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
 def _explain_forbidden_literal(
     agent: Agent, file: ClipsFile, construct: Definition, prefix: str
 ) -> Finding | None:
-    """Return the finding for the first literal that its slot does not allow."""
+    """Return the finding for the first literal that its slot does not allow; None if there is none."""
     for fact in _find_facts(construct):
         template = without_module(fact.head)
         for slot in fact.arguments:
@@ -203,7 +203,10 @@ def _find_facts(construct: Definition) -> list[SyntaxNode]:
 def _explain_missing_slots(
     agent: Agent, file: ClipsFile, construct: Definition, prefix: str
 ) -> Finding | None:
-    """Return the finding for the first pattern or fact without slots whose deftemplate has slots."""
+    """Return the finding for the first pattern or fact without slots whose deftemplate has slots.
+
+    Return None if there is none.
+    """
     for fact in _find_facts(construct):
         name = without_module(fact.head)
         if name in agent.deftemplates and any(argument.items is None for argument in fact.arguments):
@@ -227,7 +230,7 @@ def _explain_missing_slots(
 
 
 def _find_construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
-    """Return the construct of a diagnostic.
+    """Return the construct of a diagnostic; None if the file has no closed construct of this name.
 
     Of several constructs with the name, the last construct before the line of the diagnostic counts.
     """
@@ -243,7 +246,7 @@ def _find_construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | Non
 
 
 def _find_word(construct: Definition, diagnostic: Diagnostic) -> SyntaxNode:
-    """Return the node of the word that a diagnostic quotes, or of the construct if no word is quoted."""
+    """Return the node of the word that a diagnostic quotes, or of the construct if it has no such word."""
     words = _QUOTED_NAME.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
     # CLIPS' messages about conditions name a global without the asterisks.
     words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
@@ -320,13 +323,16 @@ def _make_function_hint(agent: Agent, name: str) -> str:
 
 
 def _find_unknown_global(agent: Agent, construct: Definition) -> SyntaxNode:
-    """Return the first undefined global variable of a construct: CLIPS' message does not name it."""
+    """Return the first undefined global variable of a construct: CLIPS' message does not name it.
+
+    Return the construct if all its global variables are defined.
+    """
     defined_globals = set(map(without_module, agent.eval_words("(get-defglobal-list *)")))
     globals_ = (node for node in construct.node.walk() if node.text.startswith(("?*", "$?*")))
     return next((node for node in globals_ if node.text.strip("$?*") not in defined_globals), construct.node)
 
 
-def _make_global_hint(agent: Agent, text: str) -> str:
-    hint = did_you_mean(text.strip("$?*"), agent.model.find_names(NameKind.GLOBAL, Use.DEFINED))
+def _make_global_hint(agent: Agent, variable: str) -> str:
+    hint = did_you_mean(variable.strip("$?*"), agent.model.find_names(NameKind.GLOBAL, Use.DEFINED))
     # The model has the names of global variables without their asterisks.
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)

@@ -1,4 +1,4 @@
-"""Checks for rules, facts, goal classes and functions that are never used.
+"""Checks for rules, facts, goal classes and functions that are never used, and for unhandled sub-types.
 
 Only the agent's own files are checked, because a core is a library, and no agent uses all of it. A text or a
 computed word may name anything, so the check reports nothing if in doubt.
@@ -147,9 +147,10 @@ def _count_fields(agent: Agent, usage: Usage, template: str) -> list[tuple[int, 
         for _, fact in usage.asserted_facts.get(template, ())
         if fact.field_counts is not None
     ]
-    if template in agent.deftemplates or template in usage.templates_in_strings:
+    if template in agent.deftemplates or template in usage.list_heads_in_strings:
         return []
     if template == "time":
+        # A time is a multifield of two numbers in Fawkes, and a single number in the ROS 2 CX.
         time_field_count = len(agent.eval_words("(now)")) or 1
         return [*assertion_counts, (time_field_count, time_field_count)]
     return [] if usage.is_made_elsewhere(template) else assertion_counts
@@ -164,7 +165,7 @@ def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
             name = fact.template
             if (
                 name in reported_names | read_templates
-                or name in usage.templates_in_strings
+                or name in usage.list_heads_in_strings
                 or PROGRAM_TEMPLATES.fullmatch(name)
             ):
                 continue
@@ -216,33 +217,35 @@ def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
 
 
 def _check_life_cycle(
-    agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str
+    agent: Agent, usage: Usage, construct: Construct, goal: FactUse, goal_class: str
 ) -> Iterator[Finding]:
-    """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
-    if "mode" in fact.words_by_slot and "FORMULATED" not in fact.words_by_slot["mode"]:
+    """Yield a finding if an asserted goal is never selected, or never expanded after its selection.
+
+    :param construct: the construct that asserts the goal.
+    """
+    if "mode" in goal.words_by_slot and "FORMULATED" not in goal.words_by_slot["mode"]:
         return  # the rule that asserts the goal has done the steps up to this mode
     setter_functions = {
-        construct.name
-        for construct in usage.constructs
-        if construct.keyword == "deffunction" and construct.sets_mode("SELECTED")
+        function.name
+        for function in usage.constructs
+        if function.keyword == "deffunction" and function.sets_mode("SELECTED")
     }
+    place = construct.place(goal.start)
     if not any(
-        _can_advance(rule, fact, "FORMULATED", "SELECTED", setter_functions) for rule in usage.constructs
+        _can_advance(rule, goal, "FORMULATED", "SELECTED", setter_functions) for rule in usage.constructs
     ):
-        yield Finding(UNSELECTED_GOAL, construct.place(fact.start), f"nothing selects goals of class {name}")
-    elif not any(_can_expand(agent, rule, fact, name) for rule in usage.constructs):
-        yield Finding(UNEXPANDED_GOAL, construct.place(fact.start), f"nothing expands goals of class {name}")
+        yield Finding(UNSELECTED_GOAL, place, f"nothing selects goals of class {goal_class}")
+    elif not any(_can_expand(agent, rule, goal, goal_class) for rule in usage.constructs):
+        yield Finding(UNEXPANDED_GOAL, place, f"nothing expands goals of class {goal_class}")
 
 
-def _can_expand(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
+def _can_expand(agent: Agent, construct: Construct, goal: FactUse, goal_class: str) -> bool:
     """Return whether a construct may expand a goal with these slots after its selection.
 
     Rules of the core for goals of any class do not count, because they wait for the agent's rules.
-
-    :param name: the class of the goal.
     """
     # A rule that compares the class may handle the goal in a way that its patterns do not show.
-    if name in construct.compared_words:
+    if goal_class in construct.compared_words:
         return True
     if not any(node.head and node.head not in _HARMLESS_FUNCTIONS for node in construct.action_nodes):
         return False
@@ -323,6 +326,8 @@ def _find_sub_type_uses(
 ) -> Iterator[tuple[Construct, FactUse, int]]:
     """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
 
+    Each result has the construct, the goal, and the offset of the assertion or call in the construct.
+
     :param names: the sub-types that functions of the core may assign.
     """
     core_functions = {
@@ -369,6 +374,6 @@ def _check_functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[
             continue
         # An occurrence of the name in another construct may be an argument of funcall, apply or eval.
         occurrences_elsewhere = usage.literal_counts[name] - (name in construct.action_literals)
-        if not occurrences_elsewhere and name not in usage.templates_in_strings:
+        if not occurrences_elsewhere and name not in usage.list_heads_in_strings:
             place = construct.place(construct.node.arguments[0].start)
             yield Finding(UNCALLED_FUNCTION, place, f"nothing calls the function '{name}'")

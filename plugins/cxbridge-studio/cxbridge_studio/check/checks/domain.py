@@ -1,4 +1,7 @@
-"""Checks PDDL domains for errors, and plan-actions and mappings for actions that no domain has."""
+"""Checks PDDL domains for errors, and plan-actions and action mappings for actions that no domain has.
+
+Of action mappings, it also checks the skill strings and their parameters.
+"""
 
 from __future__ import annotations
 
@@ -93,7 +96,8 @@ CODES: Final = (
 class _KnownActions:
     """The actions that an agent's domains and rules define.
 
-    :param parameters: the names of the parameters by action; None for operators that rules assert.
+    :param parameters: the names of the parameters by action; None for operators that only rules
+        name.
     :param is_complete: whether all actions are known: every domain was read, and no operator has a computed
         name.
     """
@@ -106,7 +110,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield the errors in domains and in references to the actions of domains."""
     actions = _KnownActions()
     for call in find_domain_calls(agent):
-        yield from _check_domain(call, actions)
+        yield from _add_domain(call, actions)
     _add_operators(agent.usage, actions)
     # With an unreadable domain or a computed operator, any name of an action may exist.
     if actions.parameters and actions.is_complete:
@@ -114,7 +118,8 @@ def check(agent: Agent) -> Iterator[Finding]:
     yield from _check_mapping(agent, actions)
 
 
-def _check_domain(call: DomainCall, actions: _KnownActions) -> Iterator[Finding]:
+def _add_domain(call: DomainCall, actions: _KnownActions) -> Iterator[Finding]:
+    """Add the actions of a called domain to the known actions, and yield the mistakes in the domain."""
     if call.domain is None:
         actions.is_complete = False
         if call.error is not None:
@@ -173,8 +178,9 @@ def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Itera
 
 
 def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
+    """Yield the mistakes in the action mapping: skill strings, unknown actions, parameters, placeholders."""
     for action, template, position in agent.action_mappings():
-        place = position or SourcePlace("")
+        place = position or SourcePlace("")  # a mapping of a plug-in has no file
         yield from _check_skill_string(action, template, place)
         if action not in actions.parameters:
             if actions.parameters and actions.is_complete:
@@ -193,7 +199,10 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
 
 
 def _check_skill_string(action: str, template: str, place: SourcePlace) -> Iterator[Finding]:
-    """Yield the error of a template that makes neither a skill string nor Lua, which Fawkes evaluates."""
+    """Yield the error of a template that makes neither a skill string nor a Lua text.
+
+    Fawkes evaluates a skill string as Lua.
+    """
     if not template.strip() or find_suspected_placeholders(template):
         return  # an empty mapping, or a doubtful placeholder, has another finding
     # A value without quotes may be a number or a word.
@@ -206,6 +215,7 @@ def _check_skill_string(action: str, template: str, place: SourcePlace) -> Itera
         try:
             parse_skill_string(skill_string)
         except SkillError as error:
+            # The column belongs to the skill string of the sample, which the user does not see.
             reason = re.sub(r"^column \d+: ", "", error.message)
         else:
             return

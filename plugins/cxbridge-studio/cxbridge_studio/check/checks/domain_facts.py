@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
@@ -28,7 +27,6 @@ WRONG_FACT: Final = Code(
 CODES: Final = (WRONG_FACT,)
 
 _COMPARISONS: Final = frozenset({"eq", "neq", "member$"})
-_SYMBOL: Final = re.compile(r"[A-Za-z][\w-]*")
 
 
 class _Fact(NamedTuple):
@@ -57,15 +55,15 @@ def check(agent: Agent) -> Iterator[Finding]:
     matched_names = agent.model.find_names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
     names_in_rules = matched_names | _find_compared_words(agent)
     for construct in agent.own_constructs:
-        reported_names = set(names_in_rules)
+        skipped_names = set(names_in_rules)  # and the names that have a finding
         for fact in _find_facts(construct):
             name, place = literal(fact.name_node), construct.place(fact.name_node.start)
             count, expected_count = count_values(fact.values), parameter_counts.get(name)
             if expected_count is None:
                 # The world model may have facts that the domain lacks: only a likely misspelling counts.
                 is_likely = fact.is_pddl or nearest_names(name, parameter_counts, MIN_PREDICATE_LIKENESS)
-                if is_likely and name not in reported_names:
-                    reported_names.add(name)
+                if is_likely and name not in skipped_names:
+                    skipped_names.add(name)
                     hint = did_you_mean(name, parameter_counts)
                     yield Finding(WRONG_FACT, place, f"no domain has a predicate '{name}'", hint)
             elif count not in (None, expected_count):

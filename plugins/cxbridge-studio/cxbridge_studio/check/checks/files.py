@@ -55,7 +55,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _find_clips_files(folders: tuple[Path, ...]) -> set[str]:
-    """Return the names of the CLIPS files in the folders and their subfolders, as a spec writes them."""
+    """Return the names of the CLIPS files in the folders and their direct subfolders, as in specs."""
     return {
         str(path.relative_to(folder))
         for folder in folders

@@ -68,7 +68,7 @@ UNKNOWN_GOAL_NAME: Final = Code(
     "declares: the planner finds no plan.",
 )
 # The first words of conditions and terms that are not predicates; a predicate may be called `increase`.
-_NO_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS).difference(NumericChange.KIND.words)
+_NON_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS).difference(NumericChange.KIND.words)
 
 CODES: Final = (
     UNKNOWN_GOAL_NAME,
@@ -145,7 +145,7 @@ def _check_planner_goals(agent: Agent, domains: list[Domain]) -> Iterator[Findin
     for file, call, goal_text in find_planner_goals(agent):
         place = file.place(call.arguments[1]) if goal_text else file.place(call)
         for node in (node for top_node in read_nodes(goal_text, close=True) for node in top_node.walk()):
-            if not node.head or node.head in _NO_PREDICATES or node.head.startswith("?"):
+            if not node.head or node.head in _NON_PREDICATES or node.head.startswith("?"):
                 continue
             used_objects = set(map(literal, node.arguments)) - {""}
             # If any object is possible, no object is unknown.
@@ -234,15 +234,16 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for value in node.arguments
         if (word := literal(value)) and not any(node.start >= action.start for action in construct.actions)
     }
-    operators = {action.name for domain in domains for action in domain.actions}
+    domain_actions = {action.name for domain in domains for action in domain.actions}
     reported_names = mapped_actions | handled_actions
     for construct in agent.own_constructs:
         for mention in construct.placed_piece.piece.mentions:
             name = mention.name.text
             is_planned = mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
-            if is_planned and name in operators - reported_names:
+            if is_planned and name in domain_actions - reported_names:
                 reported_names.add(name)
-                place, hint = construct.place(mention.start), did_you_mean(name, mapped_actions - operators)
+                hint = did_you_mean(name, mapped_actions - domain_actions)
+                place = construct.place(mention.start)
                 yield Finding(UNEXECUTED_ACTION, place, f"the action '{name}' has no executor", hint)
     has_planner = next(find_planner_goals(agent), None) is not None
     for call in find_domain_calls(agent) if has_planner else ():
@@ -250,7 +251,7 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for name in sorted({action.name for action in actions} - reported_names):
             reported_names.add(name)
             message = f"the action '{name}', which a planner may plan, has no executor"
-            hint = did_you_mean(name, mapped_actions - operators)
+            hint = did_you_mean(name, mapped_actions - domain_actions)
             yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), message, hint)
 
 

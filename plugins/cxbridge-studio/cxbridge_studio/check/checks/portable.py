@@ -88,6 +88,7 @@ CODES: Final = (
 _ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _READING_FUNCTIONS: Final = ("blackboard-open", "blackboard-open-reading")
 _UID_FUNCTIONS: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
+# The form of names that Fawkes' Interface::parse_uid accepts, apart from its limits of length.
 _UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
 # The code, the pattern and the hint of each mistake in Lua files.
 _LUA_MISTAKES: Final = (
@@ -98,7 +99,7 @@ _LUA_MISTAKES: Final = (
         "give the skill a value, and choose in the skill",
     ),
 )
-_LUA_COMMENT: Final = re.compile(r"--[^\n]*")
+_LUA_LINE_COMMENT: Final = re.compile(r"--[^\n]*")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -202,8 +203,8 @@ def _check_domains(agent: Agent) -> Iterator[Finding]:
 
 def _check_lua(path: str, text: str) -> Iterator[Finding]:
     """Yield the mistakes of :data:`_LUA_MISTAKES` in a Lua file."""
-    # Blanks take the place of comments, so that offsets stay the same.
-    text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
+    # Blanks take the place of comments, so that offsets stay the same. Block comments are rare, and stay.
+    text_without_comments, lines = _LUA_LINE_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
     for code, pattern, hint in _LUA_MISTAKES:
         for match in pattern.finditer(text_without_comments):
             message = code.title.removeprefix("not in Fawkes: ")

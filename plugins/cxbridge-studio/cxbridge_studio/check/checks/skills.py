@@ -106,7 +106,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
-    """Yield the Lua files in the skill folders that do not compile.
+    """Yield the Lua files in the skill folders that cannot be read or do not compile.
 
     :param reported_file: a file that already has a finding, or empty.
     """
@@ -123,7 +123,7 @@ def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
 
 
 def _check_texts(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
-    """Yield the mistakes in the texts of Lua skills that name an interface, a method or a state."""
+    """Yield the mistakes in the texts of Lua skills: those that prevent loading, and unknown methods."""
     for path in filter(None, skills.values()):
         text, find_schema = path.read_text("utf-8", "surrogateescape"), agent.context.registry.schema
         for code, mistakes in (
@@ -174,11 +174,12 @@ def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterato
 def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
     """Return the file of each skill by name; a skill of an executor has None in place of a file.
 
-    The result is None if the skills are unknown: if they are computed, or if a Skiller does not use Lua.
+    The result is None if the skills are unknown before a run: if they are computed, if executors are in other
+    processes, if a Skiller does not use Lua, or if the agent has no Fawkes configuration.
     """
     context = agent.context
     board = context.skill_board
-    # Executors in other processes announce their skills at run time.
+    # Executors in other processes announce their skills only at run time.
     is_known = agent.options.skiller == "lua" and (board is None or board.in_process)
     if not is_known or not context.source.has_fawkes_configuration:
         return None

@@ -21,6 +21,7 @@ DUPLICATE_CONSTRUCT: Final = Code(
 
 CODES: Final = (DUPLICATE_CONSTRUCT,)
 
+# The compared constructs. A defglobal defines several names, and the methods of a function share its name.
 _KEYWORDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", "defgeneric", "defclass"})
 
 

@@ -106,5 +106,5 @@ def test_engine_reports_empty_file(tmp_path):
 def test_interface_methods_equal_methods_of_engine():
     text = Path(engine.__file__).with_name("interfaces.lua").read_text()
     methods = set(re.findall(r"function (?:methods|class):(\w+)", text)) | {"msgq_enqueue_copy"}
-    (questions,) = re.findall(r"for _, question in ipairs \{(.*?)\}", text, re.DOTALL)
-    assert methods - {"new"} | set(re.findall(r"\w+", questions)) == INTERFACE_METHODS
+    (properties,) = re.findall(r"for _, property in ipairs \{(.*?)\}", text, re.DOTALL)
+    assert methods - {"new"} | set(re.findall(r"\w+", properties)) == INTERFACE_METHODS
