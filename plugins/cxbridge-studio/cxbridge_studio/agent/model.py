@@ -143,7 +143,7 @@ class AgentModel:
                         yield FileMention(file, mention.shifted(start))
 
     def find_names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
-        """Return the texts of a kind's names that have one of the uses; without uses, of all its names.
+        """Return the texts of the names of a kind that have one of the uses; without uses, of all of them.
 
         :param owner: the owner of the names, such as a template for slots; None for any owner.
         """

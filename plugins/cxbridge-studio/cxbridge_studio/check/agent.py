@@ -57,7 +57,7 @@ _BLACKBOARD_FILE: Final = "BATCH|blackboard-init.clp"
 _CORE_REQUEST: Final = "the core"  # shown in place of the file of a request by the core
 _MAIN_MODULE: Final = Symbol("MAIN")
 # The number of parent folders of a CLIPS file in which to search for its scenario and for the files that it
-# loads. The limit is chosen freely: it keeps the search away from unrelated files far above.
+# loads. The limit is chosen freely.
 MAX_PARENT_FOLDERS: Final = 4
 
 
@@ -453,7 +453,7 @@ class Agent(Closing):
     def _preload_interface(self, interface: str) -> None:
         """Add the deftemplate of an interface to the environment, as opening the interface in a run does.
 
-        An empty type has no effect: it is computed, and known only in a run.
+        An empty type has no effect. The type is empty if it is computed, and thus known only in a run.
         """
         if interface:
             self.env.call("blackboard-preload", interface)
@@ -471,7 +471,7 @@ def place_of(value: ConfigValue) -> SourcePlace:
 
 
 def find_search_folders(path: Path | None) -> tuple[Path, ...]:
-    """Return the folders to search for the files that a CLIPS program loads; empty if the path is not one."""
+    """Return the folders to search for the files that a CLIPS program loads; empty for other paths."""
     is_program = path is not None and path.suffix == CLIPS_SUFFIX and path.is_file()
     return tuple(path.resolve().parents[:MAX_PARENT_FOLDERS]) if path is not None and is_program else ()
 

@@ -16,7 +16,7 @@ from cxbridge_studio.check.agent import Agent, ClipsFile, read_first_argument
 MIN_PREDICATE_LIKENESS: Final = 0.75
 """The minimum similarity with which a predicate counts as a misspelling of a declared predicate.
 
-It is higher than that of suggestions, because not only a hint depends on it, but also the finding.
+It is higher than the minimum for suggestions: findings depend on it, not only hints.
 """
 
 _PLANNER_FUNCTIONS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")

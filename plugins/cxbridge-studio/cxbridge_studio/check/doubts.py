@@ -103,7 +103,7 @@ def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
 
 
 def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
-    """Yield the doubts about atoms of a goal that no action achieves, except undeclared predicates.
+    """Yield doubts about the atoms of a goal that no action achieves, except those of undeclared predicates.
 
     :param asserted_predicates: the predicates of facts from rules and problems.
     """

@@ -22,8 +22,8 @@ _EXECUTOR_BASES: Final = frozenset({"SkillExecutor", "Skill"})
 def read_executor_skills(executor: ExecutorSettings) -> tuple[str, ...] | None:
     """Return the skills of an executor without importing a user's file; None if they are computed.
 
-    :raises CxbridgeError: if the class does not load, or its file cannot be read or lacks the class. The error
-        names a file, and the line if it is known.
+    :raises CxbridgeError: if the class does not load, or its file cannot be read or lacks the class. The
+        error names a file, and the line if it is known.
     """
     if not isinstance(executor.target, str) or is_installed(executor.target):
         return executor.skills()
@@ -47,7 +47,7 @@ def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
         tree = ast.parse(text, str(file))
     except SyntaxError as error:
         raise SkillError(f"the file does not load: {error.msg}", file=file, line=error.lineno) from None
-    # Python's parser raises these for null bytes and for deep nesting.
+    # Besides errors of reading: Python's parser raises these for surrogates and deep nesting.
     except (OSError, ValueError, RecursionError, MemoryError) as error:
         raise SkillError(f"the file does not load: {type(error).__name__}: {error}", file=file) from None
     classes = {node.name: node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}

@@ -96,8 +96,7 @@ CODES: Final = (
 class _KnownActions:
     """The actions that an agent's domains and rules define.
 
-    :param parameters: the names of the parameters by action; None for operators that only rules
-        name.
+    :param parameters: the names of the parameters by action; None for operators that only rules name.
     :param is_complete: whether all actions are known: every domain was read, and no operator has a computed
         name.
     """

@@ -203,7 +203,7 @@ def _check_domains(agent: Agent) -> Iterator[Finding]:
 
 def _check_lua(path: str, text: str) -> Iterator[Finding]:
     """Yield the mistakes of :data:`_LUA_MISTAKES` in a Lua file."""
-    # Blanks take the place of comments, so that offsets stay the same. Block comments are rare, and stay.
+    # Blanks take the place of line comments, so that offsets stay the same.
     text_without_comments, lines = _LUA_LINE_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
     for code, pattern, hint in _LUA_MISTAKES:
         for match in pattern.finditer(text_without_comments):

@@ -387,9 +387,9 @@ def test_file_is_checked_as_part_of_agent(tmp_path):
     assert [code for code, *_ in list_findings(folder / "people.clp")] == ["CX502"]
 
 
-def test_file_without_agent_is_checked(tmp_path):
-    file = tmp_path / "program.clp"
-    file.write_text(MODULES)
+@pytest.mark.parametrize("scenario", [SPEC, "clips-executive: ["])
+def test_file_beside_other_or_broken_agent_is_checked(tmp_path, scenario):
+    file = write_agent(tmp_path, scenario_yaml=scenario, program_clp=MODULES) / "program.clp"
     assert list_findings(file) == []
     file.write_text("(defrule begin => (foo))")
     assert [code for code, *_ in list_findings(file)] == ["CX204"]
