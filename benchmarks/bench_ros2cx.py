@@ -1,8 +1,11 @@
-"""Agents of clips_manager: a cold start, an idle tick, twenty environments, a minute of a turtle, learning.
+"""Agents of clips_manager, the node of the CLIPS Executive for ROS 2.
+
+Measured are a cold start, an idle tick, twenty environments, a minute of driving, and steps of an agent that
+learns.
 
 The rival of the start is cxbridge's smallest scenario. The rival of the tick is that of `bench_tick` in bare
 clipspy: a time fact, a rule that calls Python, a rule that retracts the fact. Seconds are processor time,
-because other processes may use the machine as well.
+because other processes may use the machine as well; the tick is timed by the clock, in turn with its rival.
 """
 
 from __future__ import annotations
@@ -123,25 +126,26 @@ def measure_environments(folder: Path) -> None:
 
 def measure_turtle(folder: Path) -> None:
     """Measure a minute in which a turtle drives from corner to corner."""
-    pose_count = [0]  # a list, so that step can change it
+    pose_count = 0
 
     def attach(run):
         assert isinstance(run.executive, CxNode)
         node = run.executive.manager.context.ros.graph.join("turtle")
         # pose: x and y in metres, theta in radians; speeds: metres and radians a second
-        pose, topic = [5.5, 5.5, 0.0], node.create_publisher("/pose", "geometry_msgs/msg/Pose2D")
+        pose, publisher = [5.5, 5.5, 0.0], node.create_publisher("/pose", "geometry_msgs/msg/Pose2D")
         speeds = [0.0, 0.0]
 
         def command(message):
             speeds[:] = [message["linear"]["x"], message["angular"]["z"]]
 
         def step():
+            nonlocal pose_count
             passed_s = run.loop.period_us / 1e6
             pose[2] += speeds[1] * passed_s
             pose[0] += speeds[0] * passed_s * math.cos(pose[2])
             pose[1] += speeds[0] * passed_s * math.sin(pose[2])
-            pose_count[0] += 1
-            topic.publish({"x": pose[0], "y": pose[1], "theta": pose[2]})
+            pose_count += 1
+            publisher.publish({"x": pose[0], "y": pose[1], "theta": pose[2]})
 
         node.subscribe("/cmd_vel", "geometry_msgs/msg/Twist", command)
         run.loop.add(Hook.PRE_LOOP, step)
@@ -151,12 +155,12 @@ def measure_turtle(folder: Path) -> None:
         options_from_keywords(write_parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach
     )
     seconds = time.process_time() - start
-    print(f"  {seconds:.2f} s of processor time, {pose_count[0]} poses, {result.firings} rules")
+    print(f"  {seconds:.2f} s of processor time, {pose_count} poses, {result.firings} rules")
     report(f"{TURTLE_S:g} s of the turtle / 2 s", seconds / 2.0, limit=1.0)
 
 
 def measure_learning(checkout: Path) -> None:
-    """Measure random steps of the original's agent of blocks, with its resets."""
+    """Measure random steps and resets of the blocks world agent of a checkout of the original."""
     import gymnasium
 
     import cxbridge_ros2cx.rl

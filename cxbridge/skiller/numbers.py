@@ -14,7 +14,8 @@ _FLOAT = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _LONG_MIN, _LONG_MAX = -(2**63), 2**63 - 1
-# std::stod reports smaller numbers as out of range, too, unless a double represents them exactly
+# std::stod reports smaller numbers as out of range unless a double represents them exactly; here all smaller
+# numbers but zero are out of range
 _SMALLEST_NORMAL = 2.2250738585072014e-308
 
 

@@ -257,7 +257,7 @@ def test_failure_of_skill_fails_action(acting, end, error, reason):
 def test_action_without_skill_fails(acting, name):
     plan_action(acting, name)
     acting.tick()
-    assert state(acting) == ("EXECUTION-FAILED", f"Nobody can be asked for '{name}', see the log")
+    assert state(acting) == ("EXECUTION-FAILED", f"'{name}' cannot be requested, see the log")
 
 
 @pytest.mark.parametrize(

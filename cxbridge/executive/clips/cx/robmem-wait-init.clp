@@ -1,5 +1,5 @@
-; Waits until both replica sets of the robot memory run. For STAGE-1, as
-; BATCH|robmem-wait-init.clp (a batch, because of the commands below) with wait-for
+; Waits until both replica sets of the robot memory run. An entry of stage-1 loads this file as
+; BATCH|robmem-wait-init.clp, since the file has commands, and has the key wait-for with the value
 ; robmem-initialized. The rules have Fawkes' names.
 
 (blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-local")

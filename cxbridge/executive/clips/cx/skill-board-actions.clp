@@ -8,7 +8,7 @@
 ;;;
 ;;; Needs plan.clp and the feature skill-board.
 
-(deftemplate skill-board-mapping "An action that is executed on the skill board."
+(deftemplate skill-board-mapping "The name of an action that is executed on the skill board."
   (slot name (type SYMBOL)))
 
 (deftemplate skill-board-call "The requested skill of an action."
@@ -37,7 +37,7 @@
   (if (eq ?id 0)
    then
     (modify ?action (state EXECUTION-FAILED)
-                    (error-msg (str-cat "Nobody can be asked for '" ?name "', see the log")))
+                    (error-msg (str-cat "'" ?name "' cannot be requested, see the log")))
    else
     (modify ?action (state WAITING))
     (assert (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id)))))

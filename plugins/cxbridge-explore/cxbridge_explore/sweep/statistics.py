@@ -11,9 +11,8 @@ from typing import Final
 
 CONFIDENCE: Final = 0.95
 _NORMAL_QUANTILE: Final = statistics.NormalDist().inv_cdf(1 - (1 - CONFIDENCE) / 2)  # 1.96
-# Limit of the number of subsets: their means bound 2000 intervals, of which 2.5 % is a whole number.
+# Limit of the number of subsets: their means bound 2000 ranges, of which 2.5 % is a whole number.
 _MAX_SUBSETS: Final = 1999
-_ROUNDING_ERROR: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
 # The normal approximation of the mean is too coarse for samples up to this size.
 _MAX_SMALL_SAMPLE: Final = 200
 
@@ -104,8 +103,8 @@ def mean_interval(values: Sequence[float]) -> Interval:
         half_width = _NORMAL_QUANTILE * statistics.stdev(values) / math.sqrt(len(values))
         return Interval(mean, mean - half_width, mean + half_width)
     means = sorted(_compute_subset_means(values))
-    # The number of means at each end that are outside of the interval.
-    excluded_count = math.floor((len(means) + 1) * (1 - CONFIDENCE) / 2 + _ROUNDING_ERROR)
+    # The means bound len(means) + 1 equally probable ranges; this many are left out at each end.
+    excluded_count = math.floor((len(means) + 1) * (1 - CONFIDENCE) / 2)
     if excluded_count < 1:
         return Interval(mean, -math.inf, math.inf)
     return Interval(mean, means[excluded_count - 1], means[-excluded_count])

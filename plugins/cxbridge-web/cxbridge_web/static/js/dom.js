@@ -1,5 +1,5 @@
-// Makers of elements and of the controls that views share, and the texts of times. base.js has the first
-// makers.
+// Makers of elements and of the controls that views share, and the texts of times. base.js, which all pages
+// load, has the makers without selectors.
 export const { badge } = cx;
 /** Whether an argument is an object of attributes: not a node, an array or a text. */
 const isAttributes = (value) => Object.getPrototypeOf(value ?? "") === Object.prototype;
@@ -23,8 +23,8 @@ export const svg = maker(cx.svg);
 export const link = (href, ...children) => el.a({ href }, ...children);
 export const dim = (...children) => el("span.dim", ...children);
 export const note = (...children) => el("p.dim", ...children);
-export const button = (text, call, attributes = {}) =>
-  el.button({ type: "button", ...attributes, on: { click: call } }, text);
+export const button = (text, onClick, attributes = {}) =>
+  el.button({ type: "button", ...attributes, on: { click: onClick } }, text);
 export const submit = (text, attributes = {}) =>
   el.button({ type: "submit", class: "primary", ...attributes }, text);
 export const backLink = (href, to) => el("a.back", { href, "aria-label": "back to the " + to }, "←");
@@ -46,7 +46,7 @@ export function form(selector, submitted, ...children) {
 /**
  * The submit button of a form that changes the daemon's state; with a reason while the button is disabled.
  */
-export const changeTools = (app, text) =>
+export const gatedSubmit = (app, text) =>
   el("div.tools", app.gate(submit(text)), app.whyNot && el("span.dim.small", app.whyNot));
 
 /** A list of names and values; pairs without a value are left out. */
@@ -69,10 +69,11 @@ export const wideTable = (attributes, heads, rows, numbers = []) =>
 
 /** A table; see wideTable() for the parameters. */
 export function dataTable(attributes, heads, rows, numbers = []) {
-  const classOf = (at) => (numbers.includes(at) ? "n" : null),
+  const classOf = (column) => (numbers.includes(column) ? "n" : null),
     isCell = (node) => node instanceof Element && /^t[dh]$/i.test(node.tagName);
-  const head = (each, at) => (isCell(each) ? each : el.th({ scope: "col", class: classOf(at) }, each));
-  const cell = (each, at) => (isCell(each) ? each : el.td({ class: classOf(at) }, each));
+  const head = (content, column) =>
+    isCell(content) ? content : el.th({ scope: "col", class: classOf(column) }, content);
+  const cell = (content, column) => (isCell(content) ? content : el.td({ class: classOf(column) }, content));
   return el.table(
     attributes,
     heads.length > 0 && el.thead(el.tr(heads.map(head))),
@@ -118,20 +119,20 @@ function sayCount(input) {
   if (count && count.textContent) document.getElementById("said").textContent = count.textContent + " shown";
 }
 
-/** The search field of a list; the page's key `/` selects it. @param call gets the text in lower case */
-export function search(label, call) {
+/** The search field of a list; the page's key `/` selects it. @param onSearch(text) gets the text in lower case */
+export function search(label, onSearch) {
   const input = textInput({ type: "search", class: "find", placeholder: label + "  /", "aria-label": label });
   let timer = null;
   input.addEventListener("input", () => {
-    call(input.value.trim().toLowerCase());
+    onSearch(input.value.trim().toLowerCase());
     clearTimeout(timer);
     timer = setTimeout(() => sayCount(input), SAY_MS);
   });
   return input;
 }
 
-export function checkbox(text, checked, call, attributes = {}) {
-  const box = el.input({ type: "checkbox", checked, on: { change: () => call(box.checked) } });
+export function checkbox(text, checked, onChange, attributes = {}) {
+  const box = el.input({ type: "checkbox", checked, on: { change: () => onChange(box.checked) } });
   return el("label.check", attributes, box, " ", text);
 }
 
@@ -225,35 +226,35 @@ const states = new WeakMap(); // node -> the state that the node shows, as JSON
  * @param make() the new children; without `make`, the state is forgotten, and the next call refills the node
  */
 export function redraw(node, state, make) {
-  const sign = make && JSON.stringify(state);
-  if (sign !== undefined && states.get(node) === sign) return false;
-  states.set(node, sign);
+  const stateJson = make && JSON.stringify(state);
+  if (stateJson !== undefined && states.get(node) === stateJson) return false;
+  states.set(node, stateJson);
   if (make) refill(node, make());
   return true;
 }
 
-const MANY = 2000, // items
-  SLOWER_MS = 120, // the shortest time between two calls for many items
+const MANY_ITEMS = 2000,
+  MIN_INTERVAL_MS = 120, // the shortest time between two calls for many items
   REST_FACTOR = 4; // the time between two calls, as a multiple of the duration of a call
 /**
- * Return a function that calls `call`, which draws: at once for few items, about eight times a second for
+ * Return a function that calls `draw`: at once for few items, about eight times a second for
  * many items, and for at most a fifth of the time. `stop` of the function cancels a planned call.
  * @param size() the number of items
  */
-export function paced(call, size) {
+export function paced(draw, size) {
   let timer = null,
     endedAt = -Infinity,
     restMs = 0;
   const run = () => {
     timer = null;
     const begin = performance.now();
-    call();
+    draw();
     endedAt = performance.now();
     restMs = (endedAt - begin) * REST_FACTOR;
   };
   const start = () => {
     if (timer !== null) return;
-    const waitMs = endedAt + Math.max(restMs, size() > MANY ? SLOWER_MS : 0) - performance.now();
+    const waitMs = endedAt + Math.max(restMs, size() > MANY_ITEMS ? MIN_INTERVAL_MS : 0) - performance.now();
     if (waitMs > 0) timer = setTimeout(run, waitMs);
     else run();
   };

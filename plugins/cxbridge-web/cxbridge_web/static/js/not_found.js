@@ -1,8 +1,8 @@
-// The views for an unknown address, and for a server whose runs cannot be opened.
+// The views for an unknown address, and for a server of recordings while no recording is open.
 import { el, link, none } from "cx/dom.js";
 
 /** @param texts a sentence, and the heading of the links @param links pairs of address and text */
-function openNothing(main, id, title, texts, links) {
+function openLinkPanel(main, id, title, texts, links) {
   const box = none(...texts);
   box.id = id;
   box.prepend(el.h2(title));
@@ -13,7 +13,7 @@ function openNothing(main, id, title, texts, links) {
 }
 
 export const openNotFound = (main, address, tabs) =>
-  openNothing(
+  openLinkPanel(
     main,
     "not-found",
     "Not found",
@@ -23,7 +23,7 @@ export const openNotFound = (main, address, tabs) =>
 
 /** @param runs the runs of the server: {path, name} */
 export const openNoRun = (main, runs) =>
-  openNothing(
+  openLinkPanel(
     main,
     "no-run",
     "No run",

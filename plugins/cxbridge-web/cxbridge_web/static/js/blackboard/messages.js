@@ -1,6 +1,6 @@
 // Messages of an interface: the sent messages, and a form.
 import { escapePart, idPath, post } from "cx/api.js";
-import { changeTools, choice, clockText, el, form, refill, textInput } from "cx/dom.js";
+import { gatedSubmit, choice, clockText, el, form, refill, textInput } from "cx/dom.js";
 
 const MOST_MESSAGES = 20; // of the list
 let chosenMessage = ""; // a type of messages; kept while other interfaces are shown
@@ -69,5 +69,5 @@ export function messageForm(app, { type: interfaceType, id, message_types: types
   const names = types.map(({ name }) => name);
   select.offer(names, chosenMessage);
   show(chosenMessage);
-  return form("#message.message", send, el.h3("Send a message"), select, fields, changeTools(app, "Send"));
+  return form("#message.message", send, el.h3("Send a message"), select, fields, gatedSubmit(app, "Send"));
 }
