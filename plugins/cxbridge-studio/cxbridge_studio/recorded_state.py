@@ -46,13 +46,13 @@ class EnvironmentFacts:
 
     def read_slots(self, env: str, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints their values."""
-        slots_by_fact: list[Mapping[str, str]] = []
+        slots_of_facts: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():
             if change.template == template:
                 with suppress(FactSyntaxError):  # a recording may contain any text as a fact
                     _, slots = parse_fact(change.text)
-                    slots_by_fact.append(slots)
-        return slots_by_fact
+                    slots_of_facts.append(slots)
+        return slots_of_facts
 
 
 @dataclass
@@ -69,7 +69,7 @@ class RunState:
     """The last write of each interface by ``Type::id``."""
     facts: EnvironmentFacts = field(default_factory=EnvironmentFacts)
     last_firing: RuleFired | None = None
-    """The rule that fired last."""
+    """The rule that fired last; None before the first recorded firing."""
     _goal_facts: dict[tuple[str, str], int] = field(default_factory=dict)
     """The number of each goal's facts, by environment and goal id."""
 
@@ -102,7 +102,10 @@ class RunState:
         )
 
     def has_goal(self, env: str, goal: str) -> bool:
-        """Return whether a goal exists. Without recorded facts, a retracted goal counts as existing."""
+        """Return whether a goal exists.
+
+        Without recorded facts of goals, a retracted goal counts as existing.
+        """
         # The number of the goal's facts decides, because a modification retracts a fact and asserts another.
         if "goal" in self.facts.templates.get(env, ()):
             return self._goal_facts.get((env, goal), 0) > 0

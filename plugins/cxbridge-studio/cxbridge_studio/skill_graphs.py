@@ -25,13 +25,14 @@ def fetch_graph(board: BlackBoard, skiller: str, subject: str, timeout_s: float 
     SkillerDebugInterface has one field for a graph, so all viewers of a Skiller see the same graph.
 
     :param subject: a skill, ``ACTIVE``, or :data:`DEPENDENCIES`.
-    :raises SkillerError: if the Skiller or skill does not exist, or does not reply.
+    :raises SkillerError: if the Skiller or skill does not exist, the subject is too long, or the Skiller does
+        not reply in time.
     """
     with Feed(board, OWNER) as feed:
         interface = feed.open(DEBUG_TYPE, skiller)
         if not interface.has_writer:
             raise SkillerError(f"no Skiller writes {DEBUG_TYPE}::{skiller}", hint="see 'cxbridge skill list'")
-        max_bytes = interface.maxlenof("graph_fsm") - 1
+        max_bytes = interface.maxlenof("graph_fsm") - 1  # without the final NUL
         if len(subject.encode("utf-8", "surrogateescape")) > max_bytes:
             raise SkillerError(f"'{subject}' is longer than the {max_bytes} bytes that its field has")
         previous_subject = feed.read_state(interface).values["graph_fsm"]
@@ -76,6 +77,7 @@ def make_graph(
 
     :param subject: a skill, or :data:`DEPENDENCIES`.
     :param folders: see :func:`cxbridge.skiller.make.skill_folders`.
+    :param space: the skill space, whose skills are loaded.
     :raises SkillerError: if the skill does not exist.
     :raises CxbridgeError: if the skills cannot be loaded.
     """

@@ -19,9 +19,9 @@ class Rate:
 
     :param hz: the mean rate.
     :param shortest_s: the shortest interval between two writes.
-    :param longest_s: the longest interval.
+    :param longest_s: the longest interval between two writes.
     :param deviation_s: the standard deviation of the intervals.
-    :param window: the number of measured writes.
+    :param window: the number of the latest writes from which the rate was computed.
     """
 
     hz: float
@@ -38,7 +38,7 @@ class RateMeter:
     """
 
     def __init__(self, window: int = WINDOW) -> None:
-        self._times: deque[float] = deque(maxlen=max(2, window))
+        self._times: deque[float] = deque(maxlen=max(2, window))  # two writes have an interval
         self._new_write_count = 0
 
     def add(self, time_s: float) -> None:
@@ -52,7 +52,7 @@ class RateMeter:
         return count
 
     def rate(self) -> Rate | None:
-        """Return the rate; None before the second write."""
+        """Return the rate; None before the second write. The rate of simultaneous writes is infinite."""
         intervals_s = [later_s - earlier_s for earlier_s, later_s in pairwise(self._times)]
         if not intervals_s:
             return None

@@ -32,7 +32,7 @@ MAX_BODY_BYTES: Final = 1 << 20  # the largest size of a request body
 
 BODY_TIMEOUT_S: Final = 10.0  # time limit for receiving a body
 
-MAX_WAITING_REQUESTS: Final = 16  # number of requests that may wait for a Skiller or an explanation
+MAX_WAITING_REQUESTS: Final = 16  # number of requests that may run in a thread or wait for one
 
 _THREAD_COUNT: Final = 4  # number of threads that wait for answers; further requests wait for a thread
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
@@ -86,7 +86,7 @@ class Api:
             raise ApiError(
                 403 if isinstance(error, RefusedError) else 400, f"{error.message}{hint}"
             ) from error
-        except (ApiError, asyncio.CancelledError):
+        except ApiError:
             raise
         except Exception as error:
             self._log.error(f"{request.method} {path} failed: {type(error).__name__}: {error}")
@@ -110,7 +110,10 @@ class Api:
         return endpoint.stalled_handler if self._host.stall_reason else None
 
     async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
-        """Run, in a thread, a handler that may wait."""
+        """Run, in a thread, a handler that may wait.
+
+        :raises ApiError: if too many requests are waiting, or the handler raises it.
+        """
         if self._waiting_count >= MAX_WAITING_REQUESTS:
             raise ApiError(503, "Too many requests are waiting already")
         self._waiting_count += 1
@@ -124,7 +127,11 @@ class Api:
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _run_in_loop(self, endpoint: Endpoint, call: ApiCall) -> Any:
-        """Let the main loop call the handler, and return its result."""
+        """Let the main loop call the handler, and return its result.
+
+        :raises ApiError: if the main loop does not answer in time or takes no further requests, or the
+            handler raises it.
+        """
         key = None
         if endpoint.method == "GET":  # only requests without effects may share a call
             key = (endpoint.path, tuple(call.path_values.items()), tuple(sorted(call.query.items())))
@@ -149,7 +156,8 @@ def _retrieve_error(result: asyncio.Future[Any]) -> None:
 async def read_json_object(request: Request) -> dict[str, Any]:
     """Return the body, a JSON object.
 
-    :raises ApiError: if the body is too long, arrives too slowly, or is not a JSON object.
+    :raises ApiError: if the body is too long, arrives too slowly, is not a JSON object, or has another
+        Content-Type than JSON.
     """
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json":

@@ -1,6 +1,6 @@
 """The locations and source texts of constructs, read from CLIPS files.
 
-CLIPS keeps neither, so the page reads the files of an environment again.
+CLIPS knows neither the files nor the original texts, so the web server reads an environment's files again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.printing import short_path
 from cxbridge_web.models import Model
 
 _CORE_FOLDER: Final = Path(cxbridge.executive.__file__).parent / "clips"
-_MAX_CACHED_FILES: Final = 1000
+_MAX_CACHED_FILES: Final = 1000  # chosen freely: more files than an agent has
 
 
 class Construct(Model, kw_only=True):
@@ -34,7 +34,10 @@ class Construct(Model, kw_only=True):
 
 
 def find_constructs(files: Iterable[str]) -> dict[tuple[str, str], Construct]:
-    """Return the constructs of files by kind and name; the last duplicate wins."""
+    """Return the constructs of files by kind and name; of duplicates the last, which CLIPS uses.
+
+    Files that cannot be read are skipped.
+    """
     constructs: dict[tuple[str, str], Construct] = {}
     for file in dict.fromkeys(files):
         with suppress(OSError):  # a file may be deleted after an environment has loaded it

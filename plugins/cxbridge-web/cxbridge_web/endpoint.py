@@ -1,4 +1,4 @@
-"""Endpoints of the API: description, lookup by path, and JSON encoding of responses."""
+"""Endpoints of the API: their description, their errors, and their lookup by path."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ class ApiCall:
         return value
 
 
-# Returns a JSON value or `TextReply`, or a generator that the main loop runs in pieces; raises `ApiError`.
+# Returns the reply (a JSON value, models or `TextReply`), or the value that `finish` converts to the reply,
+# or a generator that the main loop runs in pieces, and that returns one of these. Raises `ApiError`.
 Handler = Callable[[ApiCall], Any]
 
 
@@ -101,9 +102,9 @@ class Endpoint:
     :param runs_in_thread: whether the handler waits, and so runs in a thread instead of the main loop.
     :param is_skill: whether the endpoint runs a skill string, which counts as a program if it is evaluated as
         Lua.
-    :param stalled_handler: replaces the handler in the server's thread while the main loop is stuck.
+    :param stalled_handler: replaces the handler while the main loop is stuck, and runs in a thread.
     :param timeout_s: the time limit for the main loop to carry out a request.
-    :param finish: converts the handler's return value to the reply in the server's thread.
+    :param finish: converts the handler's return value to the reply, in a further thread.
     """
 
     method: str
@@ -147,6 +148,7 @@ def _compile_path(path: str) -> re.Pattern[str]:
         name = match[1].replace("\\", "").replace("-", "_")
         return f"(?P<{name}>{'.+?' if match[2] else '[^/]+'})"
 
+    # DOTALL: an id in a path may contain an encoded line feed
     path_without_slash = path.removesuffix("/?")
     optional_slash = "" if path_without_slash == path else "/?"
     return re.compile(_PATH_NAME.sub(make_group, re.escape(path_without_slash)) + optional_slash, re.DOTALL)

@@ -31,14 +31,15 @@ _INVISIBLE_ESCAPES: Mapping[int, str] = {
     for code in _HIDDEN_CODES
 }
 _JSON_ESCAPES: Mapping[int, str] = {
-    # the encoder has already escaped characters below 0x20
+    # A second backslash precedes the number, so that the script gets the number as text, not the character.
+    # The encoder has already escaped characters below 0x20.
     **{code: "\\" + text for code, text in _INVISIBLE_ESCAPES.items() if code >= 0x20},  # noqa: PLR2004
     **{ord(character): f"\\u{ord(character):04x}" for character in "<>&"},
 }
 
 
 def escape_invisible(text: str) -> str:
-    """Replace invisible characters by their numbers."""
+    """Return a text with numbers in place of unsafe and invisible characters."""
     return text.translate(_INVISIBLE_ESCAPES)
 
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 WATCHED_KINDS: Final = ("fact", "rule")  # kinds of events that CLIPS reports only while they are watched
 
-# The number of events in each group of `GROUPS` that may wait for the server's thread.
+# The number of events in each group of `GROUPS` that may wait for the server's thread: as many as the
+# buffer then holds.
 MAX_PENDING: Final = 10_000
 
 
@@ -36,7 +37,7 @@ def list_default_kinds() -> frozenset[str]:
 class EventCollector:
     """Passes events from the bus to the server's thread.
 
-    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's thread the other methods.
+    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's thread the other public methods.
     """
 
     def __init__(self, host: WebHost) -> None:
@@ -80,7 +81,10 @@ class EventCollector:
     # -- in the server's thread
 
     def change_requests(self, kinds: Iterable[str], *, add: bool) -> None:
-        """Register or unregister a client's kinds; the next loop applies the change."""
+        """Register or unregister a client's kinds; the next loop applies the change.
+
+        :param add: whether to register the kinds.
+        """
         for kind in self._on_demand_types.keys() & set(kinds):
             self._request_counts[kind] += 1 if add else -1
 
@@ -93,7 +97,7 @@ class EventCollector:
     # -- in the main loop's thread
 
     def poll(self) -> None:
-        """Subscribe to exactly the kinds that clients request. Called once a loop."""
+        """Subscribe to exactly those on-demand kinds that clients request. Called once a loop."""
         requested_kinds = {kind for kind in self._on_demand_types if self._request_counts[kind] > 0}
         environments = list(self._host.environments().values())
         if requested_kinds == self._sinks.keys() and environments == self._environments:

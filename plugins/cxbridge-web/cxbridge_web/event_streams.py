@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from cxbridge_web.host import WebHost
 
-POLL_PERIOD_S: Final = 0.05  # time between two bunches of events
+POLL_PERIOD_S: Final = 0.05  # time between two bunches of events; chosen freely
 
 KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a comment
 
@@ -120,7 +120,10 @@ class EventStreams:
     async def _make_stream(
         self, kinds: frozenset[str], position: StreamPosition, *, is_joined: bool
     ) -> AsyncIterator[bytes]:
-        """Yield events from a position on until the streams are closed, and comments as keep-alive."""
+        """Yield a message ``hello``, and events from a position on, until the streams are closed.
+
+        Comments in between show that the connection is alive.
+        """
         hello = to_json(
             {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._encode_id(position)}
         )
@@ -138,7 +141,7 @@ class EventStreams:
     def _encode_bunch(
         self, position: StreamPosition, kinds: frozenset[str], *, is_joined: bool
     ) -> tuple[bytes, StreamPosition]:
-        """Return the encoded events after a position, and the position after them.
+        """Return the encoded events after a position, may be empty, and the position to continue from.
 
         :param is_joined: whether to send one message with an event per line, since browsers need 0.1 ms per
             message.
@@ -153,7 +156,7 @@ class EventStreams:
         return dropped_notice + encoded_messages, end_position
 
     def _encode_message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
-        """Return a message with one event per line."""
+        """Return a message with one event per line, and the position after the last event as its id."""
         position, _ = events[-1]
         lines = b"\n".join(b"data: " + text for _, text in events)
         return b"id: %s\n%s\n\n" % (self._encode_id(position).encode(), lines)
@@ -180,7 +183,7 @@ class EventStreams:
         return self._buffer.end != previous_end
 
     def _wake_clients(self) -> None:
-        """Wake all waiting clients."""
+        """Wake all waiting clients; from now on, clients wait for a new event of asyncio."""
         previous_event, self._new_events = self._new_events, asyncio.Event()
         previous_event.set()
 

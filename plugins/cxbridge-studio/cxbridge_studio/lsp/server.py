@@ -24,7 +24,7 @@ from cxbridge_studio.lsp.session import Session, find_agent_files, find_last_rec
 if TYPE_CHECKING:
     from cxbridge_studio.lsp.agent_files import AgentFiles
 
-# the agent from which the names of the core and of functions come if there is no scenario
+# the agent that gives the names of the core and of functions if neither the options nor the folder name one
 _FALLBACK_OPTIONS: Final = {"scenario": "test-scenario"}
 
 
@@ -75,7 +75,7 @@ class AgentServer(LanguageServer):
         return PositionConverter(self.workspace.position_codec)
 
     def find_file(self, uri: str) -> SourceFile | None:
-        """Return the file of the client's URI; None for a file of an unknown kind."""
+        """Return the file of the client's URI; None if the model lacks it, e.g. a file of an unknown kind."""
         return self.session.model.find_file(uri_to_path(uri))
 
     # ---- start and end
@@ -111,7 +111,7 @@ class AgentServer(LanguageServer):
             gc.enable()
 
     async def _index(self) -> None:
-        """Choose the agent, read the files of the folder and of the agent, and publish their diagnostics."""
+        """Choose the agent, request an examination, and read the files of the folder and of the agent."""
         root = self.session.root
         options = dict(self._client_options)
         recording = options.pop("recording", None) or (find_last_recording(root) if root else None)
@@ -188,7 +188,10 @@ class AgentServer(LanguageServer):
             self.session.model.read(Path(path))
 
     def handle_disk_changes(self, params: lsp.DidChangeWatchedFilesParams) -> None:
-        """Read files that other programs have changed, except open documents, which belong to the client."""
+        """Read the files that other programs have changed, and forget the deleted files.
+
+        Open documents are skipped, since their text belongs to the client.
+        """
         for change in params.changes:
             path = uri_to_path(change.uri)
             if path in self._open_uris:
@@ -208,7 +211,10 @@ class AgentServer(LanguageServer):
         return self._options
 
     def _apply_knowledge(self, knowledge: AgentKnowledge) -> None:
-        """Store the result of an examination; a failed examination does not replace an earlier result."""
+        """Store the result of an examination and publish its findings.
+
+        An examination that yields neither functions nor findings does not replace an earlier result.
+        """
         if knowledge.error:
             self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, knowledge.error))
         if not self._has_agent:  # the user has no use for findings about the fallback agent
@@ -219,6 +225,7 @@ class AgentServer(LanguageServer):
             self.session.knowledge = knowledge
             self.findings.finish_check(self._unsaved_paths)
         self.publish()
+        # the code lenses show the firings in the last recording, which the examination has counted
         if get_capability(self.client_capabilities, "workspace.code_lens.refresh_support", default=False):
             self.workspace_code_lens_refresh(None)
 

@@ -17,6 +17,7 @@ from cxbridge_studio.lsp.knowledge import AgentKnowledge
 
 _SCENARIO_FILE: Final = "scenario.yaml"  # a run finds this file by its folder
 _CONFIGURATION_FILES: Final = ("cfg/config.yaml", "config.yaml")
+# folders that usually have generated or foreign files
 _SKIPPED_FOLDERS: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
 # limits, since the folder in the editor may be a whole checkout
 _MAX_FILE_BYTES: Final = 1 << 20
@@ -38,11 +39,14 @@ class Session:
     knowledge: AgentKnowledge = field(default_factory=AgentKnowledge)
     root: Path | None = None
     is_indexed: bool = False
-    # the last collected definitions: for files that the spec loads (True), and for all other files (False)
+    # the last collected definitions: visible in files that the spec loads (True), and in other files (False)
     _definitions_cache: dict[bool, AgentDefinitions] = field(default_factory=dict)
 
     def find_definitions(self, path: str) -> AgentDefinitions:
-        """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
+        """Return the definitions visible in a file.
+
+        A file that the spec loads sees no definitions in unloaded CLIPS files, except in the host's files.
+        """
         is_loaded = path in self.knowledge.loaded_files
         files = tuple(file for file in self.model.files if not is_loaded or self._is_visible(file.path))
         definitions = self._definitions_cache.get(is_loaded)
@@ -52,7 +56,7 @@ class Session:
         return definitions
 
     def _is_visible(self, path: str) -> bool:
-        """Return whether a loaded file sees a file: unloaded CLIPS files may belong to another agent."""
+        """Return whether a loaded file sees a file; an unloaded CLIPS file may belong to another agent."""
         return not path.endswith(".clp") or path in self.knowledge.loaded_files or path in self.library
 
     def filter_visible(self, mentions: Iterable[FileMention], from_path: str) -> list[FileMention]:
@@ -123,7 +127,11 @@ def find_agent_files(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterat
 
 
 def find_scenario(root: Path) -> Path | None:
-    """Return the scenario of a folder, or the only scenario in its subfolders; None if there is none."""
+    """Return the folder of a scenario, or the configuration file of a scenario without ``scenario.yaml``.
+
+    Without either in the folder itself, the only scenario in its direct subfolders is returned. None means
+    that there is no scenario, or that several subfolders have one.
+    """
     if (root / _SCENARIO_FILE).is_file():
         return root
     for name in _CONFIGURATION_FILES:
@@ -134,13 +142,13 @@ def find_scenario(root: Path) -> Path | None:
 
 
 def find_last_recording(root: Path) -> Path | None:
-    """Return the newest recording in a folder or its subfolders; None if there is none."""
+    """Return the newest recording in a folder or its direct subfolders; None if there is none."""
     recordings = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
     return max(recordings, key=lambda path: path.stat().st_mtime, default=None)
 
 
 def find_comment_above(text: str, offset: int) -> str:
-    """Return the comment directly above an offset, without comment marks."""
+    """Return the comment directly above the line of an offset, without comment marks; may be empty."""
     lines_above = map(str.strip, reversed(text[: text.rfind("\n", 0, offset) + 1].splitlines()))
     comment_lines = takewhile(lambda line: line.startswith((";", "--", "#")), lines_above)
     return "\n".join(reversed([line.lstrip(";-# ") for line in comment_lines])).strip()

@@ -12,7 +12,7 @@ from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
-# the kinds of names within a definition, which a search for symbols omits, since there are too many
+# the kinds of names within a definition; a search for symbols omits these names, since there are too many
 _INNER_KINDS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
 )
@@ -53,7 +53,10 @@ def _make_piece_symbols(placed_piece: PlacedPiece) -> Iterator[OutlineSymbol]:
 
 
 def find_symbols(session: Session, query: str) -> list[FileMention]:
-    """Return the first definitions of names that contain the letters of a query in order."""
+    """Return the first definitions of names that contain the letters of a query in order.
+
+    Upper and lower case are equal. Names within a definition, such as slots, are omitted.
+    """
     lower_query = query.lower()
     symbols = (
         FileMention(file, mention.shifted(placed_piece.start))

@@ -14,7 +14,8 @@ _HOUR_S: Final = 3600
 
 def format_duration(seconds: float) -> str:
     """Return a duration as text: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
-    seconds = round(seconds, 1)  # before the comparison: 59.96 s is shown as a minute
+    # rounded before the divisions, so that 59.96 s is shown as a minute, not as 60.0 s
+    seconds = round(seconds, 1 if seconds < _HOUR_S else 0)
     if seconds < _MINUTE_S:
         return f"{seconds:.1f} s"
     hours, seconds = divmod(seconds, _HOUR_S)
@@ -33,7 +34,7 @@ def contains_text(filter_text: str, cells: Iterable[str]) -> bool:
 
 
 def filter_goals(goals: Sequence[GoalRow], filter_text: str) -> Sequence[GoalRow]:
-    """Return the goals that contain a text, with all their parents."""
+    """Return the goals that contain a text, and all their ancestors."""
     if not filter_text:
         return goals
     goals_by_id = {(goal.env, goal.id): goal for goal in goals}
@@ -44,7 +45,7 @@ def filter_goals(goals: Sequence[GoalRow], filter_text: str) -> Sequence[GoalRow
 
 
 def make_goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
-    """Return the forest of goals, by environment and id."""
+    """Return the goals as trees; the key of a goal is its environment and its id."""
     return Forest(
         {
             (goal.env, goal.id): None if (parent := parent_id(goal.parent)) is None else (goal.env, parent)

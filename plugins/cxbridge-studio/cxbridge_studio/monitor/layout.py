@@ -12,9 +12,10 @@ from textual.widgets import Static
 
 from cxbridge_studio.monitor.keys import KEYS, SCRUBBING_KEYS
 
-NARROW_COLUMNS: Final = 118  # below this number of columns, the goals are above the panes
+# below this number of columns, the goals are above the panes; chosen freely
+NARROW_COLUMNS: Final = 118
 
-# the titles of the columns, by pane
+# the titles of the columns, by pane; those of the pane `interfaces` depend on the source
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),
     "skills": ("skiller", "skill", "status"),
@@ -36,7 +37,7 @@ PANE_TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
 
 STYLE: Final = """
 #status { height: 1; background: $primary; color: $text; padding: 0 1; }
-#said { height: 1; padding: 0 1; text-style: bold; }
+#message { height: 1; padding: 0 1; text-style: bold; }
 #main { layout: horizontal; }
 #left { width: 46%; border-right: solid $primary; }
 #goals { height: 1fr; overflow-x: hidden; }

@@ -34,14 +34,16 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.interfaces.instance import Interface
 
-REPLY_TIMEOUT_S: Final = 5.0  # the timeout of a daemon's reply, in seconds
+REPLY_TIMEOUT_S: Final = 5.0  # many loops of a daemon, which processes one request per loop
 
-MAX_GOALS: Final = 1000  # limit of the requested goals
+MAX_GOALS: Final = 1000  # limit of the requested goals, halved after a reply that is too long
 
 _MIN_GOALS: Final = 50  # with fewer goals, a reply is too long for another reason
 _RATE_SNAPSHOTS: Final = 20  # the number of snapshots over which the loop rate is averaged
 _SEARCH_SLICE_S: Final = 0.25  # the time that a snapshot spends on the search of facts
-_PAUSE_FACTOR: Final = 5.0  # the pause between two searches, as a multiple of the duration of a search
+# the pause between two searches, as a multiple of the last search's duration: at most a sixth of the time is
+# spent on searches
+_PAUSE_FACTOR: Final = 5.0
 _MIN_PAUSE_S: Final = 1.0  # the shortest pause between two searches
 _STORY_PERIOD_S: Final = 2.0  # the time between two requests for the explanation of the run
 
@@ -131,7 +133,7 @@ class DaemonSource:
         problem = ""
         try:
             state = self._request_state(query.filter_text)
-        except BlackBoardError as error:  # without a running executive, the blackboard is still shown
+        except BlackBoardError as error:  # the daemon is ending; its blackboard is still shown
             state, problem = _EMPTY_STATE, error.message
         for number, level, component, text in state["log"]:
             self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
@@ -177,8 +179,8 @@ class DaemonSource:
         )
 
     def _describe_times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
-        """Yield the daemon's clock and the state of its main loop."""
-        if "time_us" not in state:  # the executive is not running
+        """Yield the time since the daemon's start, and the number and rate of its loops, as texts."""
+        if "time_us" not in state:  # an ending daemon has not replied
             return
         clock_name = status["clock"]
         seconds = (state["time_us"] - status["started_us"]) / MICROSECONDS
@@ -190,7 +192,10 @@ class DaemonSource:
         yield f"loop {loops:,}{rate}"
 
     def _refresh_story(self, board: BlackBoard) -> Sequence[str]:
-        """Return the daemon's explanation of the run, some seconds old, or the reason of its absence."""
+        """Return the lines of the daemon's explanation of the run, or the reason why there is none.
+
+        The explanation may be :data:`_STORY_PERIOD_S` old, and older if the daemon replies too late.
+        """
         now_s = time.monotonic()
         if now_s >= self._next_story_s:
             self._next_story_s = now_s + _STORY_PERIOD_S
@@ -238,7 +243,6 @@ class DaemonSource:
         return Table([(name, field_text(value)) for name, value in self._shown_interface.as_dict().items()])
 
     def _close_shown_interface(self) -> None:
-        """Close the shown interface."""
         interface, self._shown_interface = self._shown_interface, None
         if interface is not None and interface.valid:
             with suppress(CxbridgeError):
@@ -289,7 +293,7 @@ class _FactSearch:
 
     def _restart(self) -> None:
         self._rows: list[tuple[str, ...]] = []
-        # The index of the last searched fact; None at the end of the search.
+        # the index of the last searched fact, 0 at the beginning; None if all facts have been searched
         self._position: int | None = 0
         self._search_time_s = 0.0
         self._is_over = False
@@ -297,6 +301,7 @@ class _FactSearch:
     def find(self, query: ViewQuery, request_facts: Callable[..., Mapping[str, Any]]) -> Table:
         """Continue the search for a while.
 
+        :param request_facts: sends a request for further facts and returns the reply.
         :returns: the facts found so far, or the last complete result if it has more facts.
         """
         begin_s = time.monotonic()
@@ -344,7 +349,7 @@ def _make_goal_row(**goal: str) -> GoalRow:
 
 
 def describe_stop(stop: Mapping[str, Any]) -> str:
-    """Return the rule at which rules are stopped, and the reason."""
+    """Return the reason why the rules are stopped, and the next rule, as a text."""
     number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
     return f"rules stopped {stop['reason']}{number}; next: {stop['next_rule'] or '-'}"
 

@@ -40,7 +40,7 @@ _FIRST_LOAD_S: Final = 0.5  # the time for reading before the first screen
 _LOAD_SLICE_S: Final = 0.15
 _IDLE_PERIOD_S: Final = 0.3  # the time between two snapshots after the recording is loaded
 _BUSY_PERIOD_S: Final = 0.05  # the time between two snapshots while the recording loads
-# limit of the shown events before the current position, and after it
+# limit of the shown events before the current position, and of those after it; chosen freely
 _EVENTS_EACH_SIDE: Final = MAX_ROWS // 4
 
 COMMANDS_HELP: Final = "event N, transition N, begin, end, jump SECONDS"
@@ -66,7 +66,7 @@ class RecordedSource:
                 file=path,
                 hint="'cxbridge trace info' lists its contents",
             )
-        self._follows_end = True  # until the user moves: new events of the file are shown
+        self._follows_end = True  # until the user moves, the position follows the last loaded transition
         # the position up to which the last explanation of the run goes, and its lines
         self._last_story: tuple[int, Sequence[str]] = (-1, ())
         self._commands: dict[str, Callable[[str], str]] = {
@@ -91,7 +91,10 @@ class RecordedSource:
     # -- commands
 
     def execute_command(self, command: str) -> str:
-        """Execute a command of :data:`COMMANDS_HELP`."""
+        """Execute a command of :data:`COMMANDS_HELP`.
+
+        :raises CxbridgeError: if the command is unknown, or its argument is not a number.
+        """
         return execute_command(self._commands, command, COMMANDS_HELP)
 
     def _move(self, move: Callable[[Scrubber], None]) -> str:
@@ -151,7 +154,7 @@ class RecordedSource:
         return " · ".join((times, position, *(["reading"] if scrubber.is_loading else [])))
 
     def _describe_last_event(self) -> str:
-        """Return the last transition before the current position; if there is none, the last event."""
+        """Return the last transition among the shown events before the position, or else the last event."""
         scrubber = self._scrubber
         if not scrubber.position:
             return "the beginning"
@@ -258,7 +261,7 @@ class LoadedRun(Run):
     def __init__(self, run: Run, events: Sequence[Event]) -> None:
         super().__init__(run.path)
         self._run, self._events = run, events
-        # All that is not an event comes from the recording; mypy refuses an assignment to a method.
+        # everything except the events comes from the recording; mypy refuses an assignment to a method
         self.metadata = run.metadata  # type: ignore[method-assign]
         self.files = run.files  # type: ignore[method-assign]
         self.source_records = run.source_records  # type: ignore[method-assign]

@@ -65,7 +65,7 @@ class MonitorApp(App[None]):
     CSS = STYLE
     TITLE = "cxbridge monitor"
     ENABLE_COMMAND_PALETTE = False
-    # the classes of the screen by the width of the terminal, from the given number of columns
+    # the smallest number of columns, and the class of the screen in a terminal of that width
     HORIZONTAL_BREAKPOINTS = [(0, "narrow"), (NARROW_COLUMNS, "wide")]  # noqa: RUF012 - as in the base class
 
     def __init__(self, source: MonitorSource) -> None:
@@ -90,7 +90,7 @@ class MonitorApp(App[None]):
 
     def compose(self) -> ComposeResult:
         yield Static(one_line(f"{self._source.name}: ..."), id="status", markup=False)
-        yield Static("", id="said", markup=False)
+        yield Static("", id="message", markup=False)
         with Container(id="main"):
             with Vertical(id="left"):
                 yield GoalTree()
@@ -207,7 +207,7 @@ class MonitorApp(App[None]):
         self._show_note(pane)
 
     def _set_text(self, name: str, text: str) -> None:
-        """Set the text of a line, if it has changed: a new text makes textual compute the layout again."""
+        """Set the text of a widget if it has changed: a new text makes textual compute the layout again."""
         if self._shown_texts.get(name) != text:
             self._shown_texts[name] = text
             self._find_widget(f"#{name}", Static).update(visible(text))
@@ -220,7 +220,7 @@ class MonitorApp(App[None]):
         self._set_text("status", f"{self._source.name}: {text}")
 
     def _show_note(self, pane: str) -> None:
-        """Show the note below a pane, and the full text of the selected fact."""
+        """Show the full text of a pane's selected row and the note of its table below the table."""
         table_name = "fields" if pane == "interfaces" else pane
         selected_row = self._find_widget(f"#{table_name}", RowTable).item_at_cursor or ()
         notes = (
@@ -234,13 +234,16 @@ class MonitorApp(App[None]):
         self._message = ""  # the next snapshot replaces the text
 
     def _show_message(self) -> None:
-        """Show the last message, or the stop of the rules, or the position in a recording."""
+        """Show the message of the last command, or else the stop of the snapshot, or else its notes.
+
+        For a recording, a progress bar precedes the text.
+        """
         snapshot = self.snapshot
         text = self._message or snapshot.stop or "; ".join(snapshot.notes)
         if snapshot.progress is not None:
             width = max(10, self.size.width // 4)
             text = f"{make_progress_bar(snapshot.progress, width)} {text}"
-        self._set_text("said", text)
+        self._set_text("message", text)
 
     @property
     def _shown_pane(self) -> str:
@@ -260,7 +263,7 @@ class MonitorApp(App[None]):
             self.show(self.snapshot)
 
     def on_data_table_row_highlighted(self, event: RowTable.RowHighlighted) -> None:
-        """Show the values of the selected interface, or the full text of the selected fact."""
+        """Show the values of the selected interface, or the full text of the selected row."""
         if not self.is_running:
             return
         table = event.data_table
@@ -294,7 +297,7 @@ class MonitorApp(App[None]):
         return isinstance(self.focused, Input)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 - as in the base class
-        """Leave the scrubbing keys to the prompt while it has the focus."""
+        """Return whether an action is enabled: the prompt gets the scrubbing keys while it has the focus."""
         return not (action == "do" and self._is_typing)
 
     def action_do(self, command: str) -> None:
@@ -342,18 +345,18 @@ class MonitorApp(App[None]):
         prompt = self._find_widget("#prompt", Input)
         prompt.placeholder = "filter: part of an id, a mode, a name" if request == "/" else "command"
         prompt.set_class(request == "/", "filter")
-        with prompt.prevent(Input.Changed):
+        with prompt.prevent(Input.Changed):  # the user has typed nothing, so the filter stays
             prompt.value = self._view_query.filter_text if request == "/" else request[1:]
         prompt.cursor_position = len(prompt.value)
-        prompt.select_on_focus = False
+        prompt.select_on_focus = False  # typed characters continue the text instead of replacing it
         prompt.add_class("shown")
         prompt.focus()
 
     def action_dismiss(self) -> None:
         """Close the prompt; if it has no command, also clear the filter."""
-        was_command = self._is_typing and not self._find_widget("#prompt", Input).has_class("filter")
+        is_for_command = self._is_typing and not self._find_widget("#prompt", Input).has_class("filter")
         self._leave_prompt()
-        if not was_command:
+        if not is_for_command:
             self._change_query(filter_text="")
             self._message = ""
 

@@ -64,12 +64,12 @@ class Scrubber:
 
     @property
     def end_us(self) -> int:
-        """The time of the last event, in microseconds since the start of the run."""
+        """The time of the last loaded event, in microseconds since the start of the run."""
         return self.times[-1] if self.times else 0
 
     @property
     def now_us(self) -> int:
-        """The time of the last event before the current position, since the start of the run."""
+        """The time of the last event before the current position, in microseconds since the start."""
         return self.times[self.position - 1] if self.position else 0
 
     def load(self, duration_s: float) -> None:
@@ -102,7 +102,7 @@ class Scrubber:
         self.notes += [*notes, *self.run.notes, *self._clock.describe_setbacks()]
 
     def _add_event(self, event: Event) -> None:
-        if not event.KIND.name:
+        if not event.KIND.name:  # no event for users: it has neither a name nor a line to show
             return
         event_index = len(self.events)
         self.events.append(event)
@@ -116,7 +116,10 @@ class Scrubber:
             self._stored_states.append(self._state_at_end.copy())
 
     def _changes_state(self, event: Event) -> bool:
-        """Return whether an event changes a state: a Skiller repeats its status without a change."""
+        """Return whether a transition changes a state, and remember the status of a Skiller.
+
+        A Skiller repeats its status without a change.
+        """
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)
@@ -125,7 +128,7 @@ class Scrubber:
         return status != previous_status
 
     def go_to(self, position: int) -> None:
-        """Go to the position after a number of events, or to the nearest end of the run."""
+        """Go to the position after a number of events, or to the nearest end of the loaded events."""
         position = max(0, min(position, len(self.events)))
         stored_index = position // self._stride
         # not on the way forward within a stride, where the current state is nearer than the stored state
@@ -147,5 +150,5 @@ class Scrubber:
         self.go_to(positions[max(0, min(passed_count + count, len(transitions) + 1))])
 
     def go_to_time(self, time_us: int) -> None:
-        """Go to the position after all events up to a time, in microseconds since the first event."""
+        """Go to the position after all events up to a time, in microseconds since the start of the run."""
         self.go_to(bisect_right(self.times, time_us))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
-# the number of shown facts, activations, plan-actions or events; a filter finds further rows
+# limit of the shown rows of a table; a filter finds further rows
 MAX_ROWS: Final = 400
 
 MAX_LINES: Final = 1000  # shown log lines
@@ -16,6 +16,7 @@ class GoalRow(NamedTuple):
     """A goal.
 
     :param env: the CLIPS environment of the goal.
+    :param parent: the id of the parent goal; ``nil`` or empty for a root.
     """
 
     env: str
@@ -30,7 +31,8 @@ class GoalRow(NamedTuple):
 class LogRow(NamedTuple):
     """A log line.
 
-    :param number: the position of the line in the log, from 1.
+    :param number: the position of the line in the daemon's log, from 1; in a recording, the index of its
+        event, from 0.
     :param level: a letter of :class:`cxbridge.events.Level`.
     """
 
@@ -54,7 +56,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class ViewQuery:
-    """The parts of the state that a snapshot includes: all of them would be too large.
+    """A selection of parts of the state for a snapshot, since the whole state would be too large.
 
     :param pane: the name of the shown pane.
     :param interface: ``Type::id`` of the interface whose values are shown; empty for none.
@@ -77,7 +79,9 @@ class MonitorSnapshot:
     :param stop: the stop of the rules with its reason, or the last event of a recording; may be empty.
     :param progress: the position in a recording, from 0 to 1; None for a daemon.
     :param fields: the fields of the shown interface.
+    :param log: the last log lines, the oldest first.
     :param environments: the names of the CLIPS environments.
+    :param story: the lines of the explanation of the run; empty if the query's pane is another.
     :param notes: remarks about the recording.
     """
 

@@ -19,6 +19,7 @@ from cxbridge.printing import indent_lines, one_line
 from cxbridge_studio.monitor.filtering import make_goal_forest
 from cxbridge_studio.monitor.snapshot import MAX_LINES, GoalRow, LogRow, Table
 
+# the colours of cells, by the whole text of the cell: an outcome, a state or a status
 _COLOURS: Final = {
     **{outcome.name: outcome.colour for outcome in OutcomeKind},
     **{state: action_outcome(state).colour for state in ("FINAL", "EXECUTION-FAILED")},
@@ -26,7 +27,7 @@ _COLOURS: Final = {
 }
 _GUIDE_WIDTH: Final = 2  # the columns per level of the tree
 _STATE_WIDTH: Final = 10  # the columns of the state
-_MAX_LENGTH: Final = 200  # the limit of the characters of a cell
+_MAX_CELL_LENGTH: Final = 200  # limit of characters: only the selected row is shown in full
 _LEVEL_STYLES: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}  # by the letter of the log level
 
 GoalKey = tuple[str, str]  # the environment and the id of a goal; an empty id means the environment
@@ -44,7 +45,7 @@ class GoalTree(Tree[GoalKey]):
 
     @property
     def item_at_cursor(self) -> GoalRow | None:
-        """The goal under the cursor."""
+        """The goal under the cursor; None if there is none, e.g. on the line of an environment."""
         node = self.cursor_node
         return None if node is None or node.data is None else self._goals.get(node.data)
 
@@ -81,6 +82,7 @@ class GoalTree(Tree[GoalKey]):
                 self._goal_nodes[key] = node
         self.root.expand()
         if cursor_key in self._goal_nodes:
+            # the new nodes get their lines in the refresh
             self.call_after_refresh(self._restore_cursor, cursor_key, scroll_position)
 
     @staticmethod
@@ -122,7 +124,7 @@ class RowTable(DataTable[Text]):
 
     @property
     def item_at_cursor(self) -> tuple[str, ...] | None:
-        """The row under the cursor."""
+        """The row under the cursor; None in an empty table."""
         return self._shown_rows[self.cursor_row] if 0 <= self.cursor_row < len(self._shown_rows) else None
 
     def show(self, table: Table) -> None:
@@ -145,7 +147,7 @@ class RowTable(DataTable[Text]):
             self.move_cursor(row=cursor if cursor in indices or not indices else indices[0], scroll=False)
 
     def _select(self, row: int | None) -> None:
-        """Move the cursor to a row, centred in the view."""
+        """Move the cursor to a row, centred in the view; None leaves the cursor where it is."""
         if row is not None and row != self.cursor_row:
             self.move_cursor(row=row, scroll=False)
             self.call_after_refresh(self._scroll_around, row)
@@ -163,7 +165,10 @@ class LogLines(RichLog):
         self._last_row: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
-        """Show log lines: append new lines, or start again if the position in a recording has moved back."""
+        """Show log lines: append the new lines, or start again if the last shown line is not among them.
+
+        That line is missing after a move back in a recording, or after a restart of the daemon.
+        """
         last_row = rows[-1] if rows else None
         if last_row == self._last_row:
             return
@@ -177,8 +182,8 @@ class LogLines(RichLog):
 
 def _make_cell(text: str) -> Text:
     """Return a one-line cell for a text of any length."""
-    line = " ".join(text[:_MAX_LENGTH].splitlines())
-    ellipsis = " ..." if len(text) > _MAX_LENGTH else ""
+    line = " ".join(text[:_MAX_CELL_LENGTH].splitlines())
+    ellipsis = " ..." if len(text) > _MAX_CELL_LENGTH else ""
     return Text(one_line(line) + ellipsis, style=_COLOURS.get(text, ""), no_wrap=True)
 
 
@@ -186,6 +191,7 @@ def make_progress_bar(progress: float, width: int) -> str:
     """Return a progress bar as text.
 
     :param progress: the progress from 0 to 1.
+    :param width: the number of characters, at least 3.
     """
     inner_width = max(1, width - 2)
     position = min(inner_width - 1, int(progress * inner_width))

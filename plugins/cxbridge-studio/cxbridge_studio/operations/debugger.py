@@ -56,7 +56,7 @@ class BreakpointInfo(Struct):
     """A breakpoint."""
 
     number: int
-    spec: str
+    spec: str  # the breakpoint as a client sets it, e.g. `rule:NAME`
 
 
 class DebuggerInfo(Struct):
@@ -83,8 +83,11 @@ def _make_breakpoint_info(shown_breakpoint: Breakpoint) -> BreakpointInfo:
 
 
 def _check_executive_runs(context: OperationContext, _path: Mapping[str, str]) -> None:
-    """Check, before the body of a request, that the executive runs; otherwise the status is 503."""
-    _ = debugger_of(context.executive)
+    """Check that the executive runs; called before the body of a request is parsed.
+
+    :raises UnavailableError: if it does not; the status over HTTP is 503.
+    """
+    _ = context.executive
 
 
 def _describe_debugger(context: OperationContext, _parameters: object) -> DebuggerInfo:
@@ -112,6 +115,7 @@ def _list_breakpoints(context: OperationContext, _parameters: NoParameters) -> l
     return list_breakpoint_infos(debugger_of(context.executive))
 
 
+# over HTTP, a request adds or removes one breakpoint or removes all; a verb of RequestInterface takes lists
 @OPERATIONS.add(
     "break-add-one",
     Right.CONTROL,
@@ -140,13 +144,13 @@ def _parse_permitted_breakpoint(context: OperationContext, spec: str) -> Breakpo
     :raises CxbridgeError: if the text is not a breakpoint, the breakpoint is unreachable, or the client lacks
         a right.
     """
-    added_breakpoint = parse_breakpoint(spec)
+    new_breakpoint = parse_breakpoint(spec)
     # Conditions and the expressions in log texts are programs: CLIPS evaluates them in the agent's
     # environment.
-    if added_breakpoint.condition or "{" in added_breakpoint.log_message:
+    if new_breakpoint.condition or "{" in new_breakpoint.log_message:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    debugger_of(context.executive).breakpoint_checker.check(added_breakpoint)
-    return added_breakpoint
+    debugger_of(context.executive).breakpoint_checker.check(new_breakpoint)
+    return new_breakpoint
 
 
 @OPERATIONS.add("break-add", Right.CONTROL, _BreakpointSpecs)
@@ -154,8 +158,8 @@ def _add_breakpoints(context: OperationContext, parameters: _BreakpointSpecs) ->
     # All texts are checked before the first breakpoint is added, so that a mistake in one text adds none.
     breakpoints = [_parse_permitted_breakpoint(context, spec) for spec in parameters.specs]
     return [
-        _make_breakpoint_info(debugger_of(context.executive).add(added_breakpoint))
-        for added_breakpoint in breakpoints
+        _make_breakpoint_info(debugger_of(context.executive).add(new_breakpoint))
+        for new_breakpoint in breakpoints
     ]
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
-# The name of an environment that a client creates.
+# The name of an environment that a client creates. The pattern describes it; EnvironmentService checks it.
 NewEnvironmentName = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
 _WatchedItem = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
 
@@ -55,6 +55,7 @@ def list_environment_names(context: OperationContext) -> Sequence[str]:
         return ()
 
 
+# the name of the class is the member `kind` of the reply over HTTP
 class Loaded(Struct):
     """The result of loading a file: the mistakes in the file."""
 
@@ -108,7 +109,10 @@ def check_environment(context: OperationContext, path: Mapping[str, str]) -> Non
 def make_environment_route(
     method: str, path: str, summary: str, reply: Any = EnvironmentInfo, errors: Any = None, **settings: Any
 ) -> Route[Any]:
-    """Return a route below the path of an environment."""
+    """Return a route below the path of an environment.
+
+    :param errors: the descriptions of error replies by status, besides 404.
+    """
     errors = {404: "There is no such environment", **(errors or {})}
     path = f"{PATH}/{{env}}{path}"
     return Route(method, path, summary, reply, check=check_environment, errors=errors, **settings)

@@ -47,6 +47,12 @@ class _FactsQuery(NamedEnvironment):
 
 
 class _FactSearch(NamedEnvironment):
+    """The parameters of a search.
+
+    :param words: a text that the facts contain.
+    :param after: the index of the last fact that is not searched, e.g. the member ``after`` of a reply.
+    """
+
     words: str = ""
     after: int = 0
     limit: int = MAX_ROWS
@@ -79,7 +85,7 @@ class FactIndex(Struct):
 def _check_environment(context: OperationContext, name: str) -> None:
     """Check the name of an environment in a query or a body.
 
-    :raises NotFoundError: if the environment does not exist.
+    :raises NotFoundError: if the environment does not exist; with status 503 if the executive is not running.
     """
     if name not in list_environment_names(context):
         if name == _DEFAULT_ENVIRONMENT:  # not a wrong name: the executive is not running
@@ -89,6 +95,7 @@ def _check_environment(context: OperationContext, name: str) -> None:
 
 def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactIndex:
     _check_environment(context, parameters.env)
+    # CLIPS would read only the text before a zero byte
     if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
         raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
     return FactIndex(_assert_fact(context, parameters))
@@ -96,6 +103,7 @@ def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactI
 
 def _modify_over_http(context: OperationContext, parameters: _SlotChanges) -> FactIndex:
     _check_environment(context, parameters.env)
+    # CLIPS would read only the text before the zero byte
     if any("\0" in text for pair in parameters.slots.items() for text in pair):
         raise CxbridgeError("A text of CLIPS cannot contain a zero byte")
     return FactIndex(_modify_fact(context, parameters))
@@ -131,7 +139,7 @@ def _search_facts(context: OperationContext, parameters: _FactSearch) -> dict[st
         rows, last_index = search_facts(
             env, parameters.words, parameters.after, min(parameters.limit, MAX_ROWS), _MAX_SEARCH_S
         )
-    return {"facts": rows, "after": last_index}
+    return {"facts": rows, "after": last_index}  # None, after the last fact
 
 
 @OPERATIONS.add("agenda", Right.LOOK, _AgendaQuery)

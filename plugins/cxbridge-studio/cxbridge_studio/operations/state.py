@@ -1,4 +1,4 @@
-"""The operation that returns the monitor's data: goals, plan-actions, skills, log, breakpoints."""
+"""The operation that returns the monitor's data, such as goals, plan-actions, skills, log and breakpoints."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ OPERATIONS: Final = Operations()
 class _StateQuery(Struct):
     """The data that a client selects.
 
+    :meth:`cxbridge.daemon.requests.StateCollector.describe` has the defaults.
+
     :param since: the number of the last log line that the client has.
     :param goals: the maximum number of goals.
-    :param words: a text that selected goals contain.
+    :param words: a text; only the goals that contain it and their ancestors are returned.
     """
 
     since: int | UnsetType = UNSET

@@ -31,9 +31,11 @@ class _McapCopy(McapFileWriter):
     """A new mcap file with records of the damaged file."""
 
     def copy_record(self, kind: int, content: bytes) -> None:
-        """Write a record. Schemas and channels keep their ids, so that the messages still refer to them.
+        """Write a schema, a channel, a message, metadata or an attachment.
 
-        A record whose schema or channel is missing is left out.
+        Schemas and channels keep their ids, so that the messages still refer to them. A record whose schema
+        or channel is missing is left out, and so are repeated schemas and channels, and other kinds of
+        records: the copy gets a new header, new indexes and a new summary.
 
         :raises DamageError: if a field is invalid.
         """
@@ -73,7 +75,7 @@ class _McapCopy(McapFileWriter):
 def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
     """Return the damage of an mcap file, and a function that writes its intact parts to another file.
 
-    :raises TraceError: if nothing can be read.
+    :raises TraceError: if the file cannot be read, or has no intact record.
     """
     # the copy is discarded: only copying all records shows the damage
     with open(os.devnull, "wb") as null_device:  # noqa: PTH123 - os.devnull is a text
@@ -87,7 +89,10 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
 
 def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
-    """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage."""
+    """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage.
+
+    :raises TraceError: if the file cannot be read, or has no intact record.
+    """
     damaged_count = 0
     has_end = False
     copy: _McapCopy | None = None

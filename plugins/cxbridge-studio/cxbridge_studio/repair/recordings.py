@@ -1,7 +1,7 @@
 """Repair of recorded runs that are truncated or have wrong headers; see docs/formats.md.
 
 :func:`examine` finds the damage of a file and changes nothing; the returned :class:`Repair` writes the
-repaired file. Texts about the damage are those of Fawkes' ``ffbblog repair``.
+repaired file. Texts about the damage begin with ``FIXING:``, as those of Fawkes' ``ffbblog repair`` do.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SEARCH_SIZE = 1 << 16  # the number of bytes that are searched at once for the 
 class Repair:
     """The damage of a file and its repair.
 
-    :param actions: the changes, in the words of ``ffbblog repair``; empty for an intact file.
+    :param actions: the changes, as texts for the user; empty for an intact file.
     :param write: writes the repaired file to a path.
     """
 
@@ -49,7 +49,7 @@ class Repair:
     def write_with_backup(self) -> Path:
         """Repair the file; return the path of the backup.
 
-        :raises TraceError: if a file cannot be written.
+        :raises CxbridgeError: if the backup or the repaired file cannot be written.
         """
         backup = _find_unused_backup_path(self.path)
         try:
@@ -90,13 +90,14 @@ def check_events(path: Path) -> None:
 
 
 def _examine_text(run: Run) -> Repair:
-    """Return the repair of a text, which removes an incomplete last line.
+    """Return the repair of a text recording, which removes an incomplete last line.
 
-    :raises TraceError: if no line is complete.
+    :raises TraceError: if the file cannot be read, or no line is complete.
     """
     with reading(run.path):
         size = run.path.stat().st_size
     end = _find_end_of_lines(run.path, size)
+    # the text of ffbblog, with its spelling
     actions = [f"FIXING: errorneous bytes at end of file, truncating by {size - end} b"] if end < size else []
     if not end and size:
         raise TraceError("no line of the recording is complete", file=run.path)
@@ -110,7 +111,7 @@ def _copy_start(source: Path, size: int, target: Path) -> None:
 
 
 def _find_end_of_lines(path: Path, size: int) -> int:
-    """Return the end of the last complete line of a file."""
+    """Return the offset of the end of the last complete line of a file; 0 if no line is complete."""
     with reading(path), path.open("rb") as file:
         end = size
         while end:

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 _ANSWER_TIMEOUT_S: Final = 10.0  # time limit of an explanation
-_MAX_NAME_BYTES: Final = 250  # size of a subject's name, which is sent in a message on the blackboard
+# limit of a subject's name, which is sent to the explainer in a field of 256 bytes
+_MAX_NAME_BYTES: Final = 250
 _WHY_QUERIES: Final = {
     "rule": "The name of a rule.",
     "goal": "The id or the class of a goal.",

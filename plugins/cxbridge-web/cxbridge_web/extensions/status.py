@@ -80,7 +80,7 @@ class Health(Model, kw_only=True):
 
 
 def _get_status_without_environments(call: ApiCall) -> Status:
-    """Return the status without the environments, which only the main loop's thread can read."""
+    """Return the status without environments and stop, which only the main loop's thread can read."""
     return Status(
         **call.host.status(),
         remote_control=call.host.rights.control,
@@ -112,8 +112,8 @@ def _get_health(call: ApiCall) -> Health:
 
 
 def _interrupt_rules(call: ApiCall) -> Status:
-    """Stop the running rules and return the status."""
-    call.host.interrupt()
+    """Stop the running rules and return the status without environments."""
+    call.host.interrupt()  # in a thread, since the main loop waits for the rules
     return _get_status_without_environments(call)
 
 

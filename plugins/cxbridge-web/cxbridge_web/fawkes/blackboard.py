@@ -58,6 +58,7 @@ class InterfaceData(Model, kw_only=True):
     timestamp: str
 
 
+# as in Fawkes, the graph of the blackboard has this kind, too
 class TransformsGraph(Model, kw_only=True):
     """A graph in the dot language."""
 
@@ -137,7 +138,10 @@ def _get_data(call: ApiCall) -> InterfaceData:
 
 
 def read_all_data(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
-    """Return the values of interfaces, except interfaces without a local definition."""
+    """Return the values of interfaces.
+
+    An interface that cannot be opened, e.g. without a local definition, is left out.
+    """
     models = []
     for info in infos:
         with suppress(CxbridgeError):

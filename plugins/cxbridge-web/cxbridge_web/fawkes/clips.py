@@ -60,6 +60,7 @@ def _make_fact(template: FactTemplate, row: FactRow, *, is_formatted: bool) -> F
     else:
         # an ordered fact has a single multislot, which CLIPS calls implied
         slots = (("implied", True),) if template.slots is None else template.slots
+        # "ADDR" is Fawkes' text for values such as addresses of facts
         fact.slots = [
             SlotValue(name, is_multislot, read_texts({name: value}, name, "ADDR"))
             for (name, is_multislot), value in zip(slots, row.values, strict=True)

@@ -30,7 +30,7 @@ _ModelT = TypeVar("_ModelT", bound=Model)
 COMPONENT: Final = "ClipsExecutiveRestApi"  # log component of Fawkes' plugin
 
 
-# The slots of goals in Fawkes' API, which all cores have.
+# The slots of goals in Fawkes' API. All cores have these slots, so the members are not optional.
 _FAWKES_SLOTS: Final = frozenset(
     {
         *("id", "type", "sub-type", "class", "mode", "outcome", "error", "message", "parent", "priority"),
@@ -103,7 +103,7 @@ class Plan(Model, kw_only=True, rename="kebab"):
 def _make_models(
     call: ApiCall, noun: str, rows: Iterable[Slots], make_model: Callable[[Slots], _ModelT]
 ) -> list[_ModelT]:
-    """Return the models of facts. An unreadable fact is logged and skipped, as in Fawkes."""
+    """Return the models of facts. An unreadable fact is logged and skipped, as goals are in Fawkes."""
     models = []
     for slots in rows:
         try:
@@ -124,7 +124,7 @@ def _get_by_id(
     """Return the model of the fact whose slot `id` has the id of the path.
 
     :param error: the text of the error, with a placeholder for the id.
-    :raises ApiError: if no fact has the id.
+    :raises ApiError: if no fact has the id, or the facts with the id are unreadable.
     """
     fact_id = call.path_values["id"]
     rows = (slots for slots in facts.facts_of(template) if slots.get("id") == fact_id)
@@ -164,6 +164,7 @@ def _get_goal(call: ApiCall, facts: FactCopy) -> Model:
 
 def _list_operators(call: ApiCall, facts: FactCopy) -> list[DomainOperator]:
     parameters_by_operator: dict[str, list[DomainOperatorParameter]] = {}
+    # as in Fawkes, an unreadable parameter is an error of the whole request
     for slots in facts.facts_of("domain-operator-parameter"):
         parameter = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
         parameters_by_operator.setdefault(read_text(slots, "operator"), []).append(parameter)
@@ -313,6 +314,7 @@ _DOMAIN_ENDPOINTS: Final[Sequence[_ListRow]] = (
         "fact",
     ),
 )
+# model, deftemplate and noun: the list and the single formula have different paths
 _GROUNDED_FORMULA: Final = (
     _define_text_model(
         "GroundedPDDLFormula",

@@ -50,7 +50,7 @@ FORMULA_TEMPLATES: Final = (
     "grounded-pddl-predicate",
 )
 
-_MAX_DEPTH: Final = 64  # limit of nested formulas, since asserted facts may form a cycle
+_MAX_DEPTH: Final = 64  # limit of nested formulas, since asserted facts may form a ring; chosen freely
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,18 +59,18 @@ class Groundings:
 
     :param slots: the slots of each grounding, by its id.
     :param nodes: the child nodes, by the id of the parent: whether the node is an atom, and its slots.
-    :param satisfied_nodes: whether a node is satisfied, by the ids of the grounding and the node.
+    :param node_is_satisfied: whether a node is satisfied, by the ids of the grounding and the node.
     """
 
     slots: Mapping[str, Slots]
     nodes: Mapping[str, Sequence[tuple[bool, Slots]]]
-    satisfied_nodes: Mapping[tuple[str, str], bool]
+    node_is_satisfied: Mapping[tuple[str, str], bool]
 
     @classmethod
     def read(cls, facts: FactCopy) -> Groundings:
-        """Read the copied facts of the executive."""
+        """Return the groundings in copied facts; empty if the facts have no grounding."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
-        satisfied_nodes: dict[tuple[str, str], bool] = {}
+        node_is_satisfied: dict[tuple[str, str], bool] = {}
         groundings = {str(slots.get("id", "")): slots for slots in facts.facts_of("pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
@@ -86,23 +86,25 @@ class Groundings:
         ):
             for slots in facts.facts_of(template):
                 with suppress(SlotError):  # as in Fawkes, an unreadable fact is skipped
-                    satisfied_nodes[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
+                    node_is_satisfied[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
                         slots, "is-satisfied"
                     )
-        return cls(groundings, nodes, satisfied_nodes)
+        return cls(groundings, nodes, node_is_satisfied)
 
 
 def make_precondition(
     groundings: Groundings, operator: str, grounding: Slots
 ) -> GroundedFormula | GroundedPredicate | None:
-    """Return an operator's precondition in a grounding, the last of several; None without a precondition.
+    """Return an operator's precondition in a grounding; None without a precondition.
 
-    :raises SlotError: if a fact is unreadable.
+    As in Fawkes, the last of several preconditions is returned.
+
+    :raises SlotError: if a fact is unreadable, or formulas are nested too deep.
     """
     root = None
     grounding_id = read_text(grounding, "id")
     for is_atom, slots in groundings.nodes.get(operator, ()):
-        if (grounding_id, read_text(slots, "id")) in groundings.satisfied_nodes:
+        if (grounding_id, read_text(slots, "id")) in groundings.node_is_satisfied:
             root = _make_node(groundings, is_atom, slots, grounding, 0)
     return root
 
@@ -130,13 +132,13 @@ def _make_node(
     return model(
         name=read_text(slots, "predicate") if is_atom else node_id,
         type="atom" if is_atom else read_text(slots, "type"),
-        is_satisfied=groundings.satisfied_nodes.get((grounding_id, node_id), False),
+        is_satisfied=groundings.node_is_satisfied.get((grounding_id, node_id), False),
         param_names=names,
         param_values=values,
         param_constants=constants,
         child=[
             _make_node(groundings, is_child_atom, child, grounding, depth + 1)
             for is_child_atom, child in groundings.nodes.get(node_id, ())
-            if (grounding_id, read_text(child, "id")) in groundings.satisfied_nodes
+            if (grounding_id, read_text(child, "id")) in groundings.node_is_satisfied
         ],
     )

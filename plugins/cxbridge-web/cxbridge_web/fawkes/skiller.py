@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 OWNER: Final = "SkillerRestApi"  # name of the reader in lists of the blackboard, as in Fawkes
 _DEFAULT_SKILLER_ID: Final = "Skiller"
-GRAPH_TIMEOUT_S: Final = 5.0  # time in which a Skiller must show a requested graph
+GRAPH_TIMEOUT_S: Final = 5.0  # time in which a Skiller must show a requested graph, as in Fawkes
 
 # The limit of the name of a skill: the debug interface has a field of 32 bytes, with the final NUL.
 MAX_NAME_BYTES: Final = 31
 
-_READ_PERIOD_S: Final = 0.05  # time between two reads of the interface
+_READ_PERIOD_S: Final = 0.05  # time between two reads of the interface, as in Fawkes
 _ACTIVE_ID: Final = "active"
 _STATUS_NAMES: Final[dict[str, Any]] = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
 
@@ -110,7 +110,7 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
 def _show_graph(debug_interface: Any, subject: str) -> None:
     """Request a graph from the Skiller and wait for it.
 
-    :raises ApiError: if the graph does not arrive in time.
+    :raises ApiError: if the graph does not arrive in time, or the subject is too long to be requested.
     """
     deadline_s = time.monotonic() + GRAPH_TIMEOUT_S
     if len(subject.encode("utf-8", "surrogateescape")) <= MAX_NAME_BYTES:

@@ -17,7 +17,7 @@ from cxbridge_web.models import Model
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-Slots: TypeAlias = Mapping[str, Value]
+Slots: TypeAlias = Mapping[str, Value]  # the values of a fact by slot
 
 COPY_TIMEOUT_S: Final = 60.0  # the time limit for copying facts: long, because the copy is made in pieces
 
@@ -127,7 +127,7 @@ def read_flag(slots: Slots, name: str) -> bool:
 
 
 def read_texts(slots: Slots, name: str, placeholder: str = "CANNOT-REPRESENT") -> list[str]:
-    """Return all values of a slot as texts.
+    """Return all values of a slot as texts; empty if the fact lacks the slot.
 
     :param placeholder: replaces values without a text form, such as addresses.
     """

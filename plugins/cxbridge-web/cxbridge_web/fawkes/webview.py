@@ -54,7 +54,7 @@ _Service: Final = defstruct(
     "Service", [("name", str), ("url", str)], namespace={"__doc__": "A service of another webview server."}
 )
 
-# The lists of backends and images are always empty.
+# The lists of backends and images are always empty: cxbridge finds no other servers and has no images.
 Backend: Final = define_model(
     "Backend",
     "Another webview server.",
@@ -128,6 +128,7 @@ def _set_plugin(call: ApiCall) -> PluginOpResponse:
 
     if not isinstance(desired_state, str):
         raise make_refusal(400, "Request is missing required field 'desired_state'")
+    # as in Fawkes, AVAILABLE is another word for UNLOADED
     if desired_state not in ("LOADED", "UNLOADED", "AVAILABLE"):
         raise make_refusal(400, "Unknown state requested")
     try:

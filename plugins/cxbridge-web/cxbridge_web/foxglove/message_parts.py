@@ -13,14 +13,16 @@ MAP_FRAME: Final = "map"
 
 _Point: TypeAlias = tuple[float, float]
 
+# sizes and colours are chosen freely
 _NODE_DIAMETER_M: Final = 0.12
 _EDGE_WIDTH_M: Final = 0.03
 _LABEL_HEIGHT_M: Final = 0.2  # height of the letters, and of their place above the node
-_MAX_ARROW_HEAD_LENGTH_M: Final = 0.25  # length of the head of an arrow
+_MAX_ARROW_HEAD_LENGTH_M: Final = 0.25
 _LINE_LIST: Final = 2  # Foxglove's number for a line for each pair of points
 _NODE_COLOUR: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
 _EDGE_COLOUR: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}
 _LABEL_COLOUR: Final = {"r": 0.2, "g": 0.22, "b": 0.25, "a": 1.0}
+# the members with lists of shapes, all of which the schema of a scene's entity requires
 _PRIMITIVES: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
 
 
@@ -57,7 +59,7 @@ def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
         "timestamp": make_time(event.time_us),
         "frame_id": MAP_FRAME,
         "id": event.graph,
-        "lifetime": {"sec": 0, "nsec": 0},
+        "lifetime": {"sec": 0, "nsec": 0},  # until the entity is replaced
         "frame_locked": True,
         "metadata": [{"key": "nodes", "value": str(len(positions))}],
         **{name: [] for name in _PRIMITIVES},

@@ -158,7 +158,13 @@ def test_recordings_of_fawkes_are_shown():
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(59.94, "59.9 s"), (59.97, "1 min 00.0 s"), (125.34, "2 min 05.3 s"), (7325, "2 h 02 min 05 s")],
+    [
+        (59.94, "59.9 s"),
+        (59.97, "1 min 00.0 s"),
+        (125.34, "2 min 05.3 s"),
+        (3659.6, "1 h 01 min 00 s"),
+        (7325, "2 h 02 min 05 s"),
+    ],
 )
 def test_duration_is_formatted(seconds, text):
     assert format_duration(seconds) == text

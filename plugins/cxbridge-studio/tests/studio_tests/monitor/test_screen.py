@@ -71,7 +71,7 @@ def test_goal_tree_follows_changes_and_keeps_cursor():
         await until(lambda: list_labels(tree)[0] == "· FINISHED root (TOP)")
         source.change(omitted_goal_count=5)
         await until(lambda: "5 more goals" in read_text(app, "status"))
-        await until(lambda: read_text(app, "said") == "rules stopped before rule x")
+        await until(lambda: read_text(app, "message") == "rules stopped before rule x")
         circle = [GoalRow("executive", a, "X", b, "SELECTED", "UNKNOWN", "") for a, b in ("ab", "ba")]
         source.change(goals=circle)
         await until(lambda: len(list_labels(tree)) == 2)
@@ -186,7 +186,7 @@ def test_keys_for_recording_scrub_in_each_pane():
     source = ScriptedSource(replace(SNAPSHOT, progress=0.5, stop="goal root"), is_live=False)
 
     async def script(app, pilot, until):
-        assert read_text(app, "said").endswith("goal root")
+        assert read_text(app, "message").endswith("goal root")
         await pilot.press(*["left", "right", "shift+left", "shift+right", "home", "end"])
         await pilot.press(*["6", "left", "home", "comma", "full_stop"])
         expected = ["event -1", "event 1", "transition -1", "transition 1", "begin", "end"]
@@ -236,10 +236,10 @@ def test_errors_of_source_and_commands_are_shown():
     async def script(app, pilot, until):
         source.answer = "breakpoint 4"
         await pilot.press("s")
-        await until(lambda: read_text(app, "said") == "breakpoint 4")
+        await until(lambda: read_text(app, "message") == "breakpoint 4")
         source.error = "refused"
         await pilot.press("s")
-        await until(lambda: read_text(app, "said") == "refused: try again")
+        await until(lambda: read_text(app, "message") == "refused: try again")
         await until(lambda: read_text(app, "status") == "robot: refused")
         source.error = ""
         await until(lambda: read_text(app, "status") == "robot: running")
