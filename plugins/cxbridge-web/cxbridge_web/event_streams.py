@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 POLL_PERIOD_S: Final = 0.05  # time between two bunches of events; chosen freely
 
-KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a comment
+KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a comment; chosen freely
 
-_RETRY_MS: Final = 2000  # time after which a browser reconnects
+_RETRY_MS: Final = 2000  # time after which a browser reconnects; chosen freely
 
-MAX_CLIENTS: Final = 100  # number of simultaneous clients
+MAX_CLIENTS: Final = 100  # number of simultaneous clients; chosen freely
 
 # The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group. The
 # largest 64-bit integer has 19 digits.

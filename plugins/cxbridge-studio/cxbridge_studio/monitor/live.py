@@ -345,6 +345,7 @@ def _read_table_or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) ->
 
 
 def _make_goal_row(**goal: str) -> GoalRow:
+    """Return the row of a goal in a daemon's reply, whose members have the names of CLIPS' slots."""
     return GoalRow("executive", goal.pop("id"), goal.pop("class"), **goal)
 
 

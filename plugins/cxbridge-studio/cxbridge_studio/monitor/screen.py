@@ -169,7 +169,7 @@ class MonitorApp(App[None]):
         while self._new_messages:
             self._message = self._new_messages.popleft()
             self._show_message()
-            self.set_timer(_MESSAGE_S, self._clear_message)
+            self.set_timer(_MESSAGE_S, lambda message=self._message: self._clear_message(message))
         if self._results:
             result = self._results.popleft()
             self._last_result_s = time.monotonic()
@@ -230,8 +230,9 @@ class MonitorApp(App[None]):
         )
         self._set_text(f"{pane}-note", "\n".join(filter(None, notes)))
 
-    def _clear_message(self) -> None:
-        self._message = ""  # the next snapshot replaces the text
+    def _clear_message(self, message: str) -> None:
+        """Clear a message, unless a later message has replaced it; the next snapshot replaces the text."""
+        self._message = "" if self._message == message else self._message
 
     def _show_message(self) -> None:
         """Show the message of the last command, or else the stop of the snapshot, or else its notes.
@@ -377,6 +378,7 @@ class MonitorApp(App[None]):
         self._leave_prompt()
 
 
+# two classes, since textual reads the key bindings from the class
 class LiveApp(MonitorApp):
     BINDINGS: ClassVar[list[BindingType]] = make_key_bindings("live")
 

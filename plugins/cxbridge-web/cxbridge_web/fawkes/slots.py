@@ -26,7 +26,7 @@ DEFAULT_ENVIRONMENT: Final = "executive"
 
 
 class SlotError(Exception):
-    """A slot without a value, or with a value of another type."""
+    """A slot without a value, or with a value that does not fit its member, or a formula in a ring."""
 
 
 def find_environment(call: ApiCall, name: str = DEFAULT_ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
@@ -91,7 +91,7 @@ def read_text(slots: Slots, name: str) -> str:
     return "" if isinstance(value, Symbol) and value == "nil" else str(value)
 
 
-def read_number(slots: Slots, name: str) -> Any:
+def read_number(slots: Slots, name: str) -> float:
     """Return the value of a slot as a number; 0 for nil.
 
     :raises SlotError: if the slot has no value, or the value is not a number.
