@@ -1,4 +1,4 @@
-"""`cxbridge run test-scenario --trace`, cold, against a fixed piece of work in Python, as processes.
+"""`cxbridge run test-scenario --trace`, each time in a new process, against a fixed piece of work in Python.
 
 Both are measured in turn, by the processor time of their processes, because other processes may use the
 machine as well.
@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PAIRS = 9
 """The number of measurements of each command."""
 WORK = "sum(i*i for i in range(3_000_000))"
-"""The fixed work, chosen freely; a rival makes the figure comparable between machines."""
+"""The fixed work, chosen freely; the ratio to its time is comparable between machines."""
 
 
 def processor_seconds(command: list[str], environment: dict[str, str]) -> float:

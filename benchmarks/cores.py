@@ -38,7 +38,7 @@ def core_folders(core: str) -> tuple[Path, Path]:
 
 
 def make_environment(core: str, *extra: str) -> ClipsEnvironment:
-    """Make an environment with a core's domain files and ``extra`` of its files, named without ``.clp``.
+    """Make an environment with a core's host and domain files and ``extra`` of its files, without ``.clp``.
 
     :raises SystemExit: if a file cannot be read.
     """

@@ -10,10 +10,10 @@ MIN_LIKENESS: Final = 0.6
 """The minimum similarity, from 0 to 1, for a suggestion: the default of difflib."""
 
 _MAX_SUGGESTIONS: Final = 3  # the default of difflib, too
-_MARGIN: Final = 0.05  # names that are less similar than the nearest name by this margin are not suggested
+_MARGIN: Final = 0.05  # below the similarity of the nearest name: less similar names are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
-_MIN_PART_LENGTH: Final = 3  # shorter names are part of too many longer ones
+_MIN_PART_LENGTH: Final = 3  # a shorter unknown name is part of too many known names
 
 
 def likeness(name: str, other_name: str) -> float:

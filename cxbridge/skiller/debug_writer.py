@@ -74,7 +74,7 @@ class SkillerDebugWriter:
         self.publish()
 
     def publish(self) -> None:
-        """Write the graph, or the list of skills, if it has changed."""
+        """Write the graph if it has changed, or the list or dependencies of skills if newly selected."""
         is_new_subject = self._subject != self._main.graph_fsm
         if self._subject in (LIST, DEPENDENCIES):
             if is_new_subject:

@@ -108,7 +108,7 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
 
     :param folder: the new folder, whose name becomes the name of the agent.
     :returns: the written files.
-    :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
+    :raises CxbridgeError: if the name or the options are invalid, a file exists, or a file cannot be written.
     """
     name = _check_agent_name(folder)
     template = options.find_selected_template()
@@ -174,7 +174,7 @@ def _check_agent_name(folder: Path) -> str:
             f"'{name}' cannot be the name of an agent",
             hint="begin with a letter of a to z, then letters, digits, - and _",
         )
-    if yaml.safe_load(name) != name:  # e.g. no, or 1e3
+    if yaml.safe_load(name) != name:  # e.g. no, or null
         raise CxbridgeError(f"'{name}' cannot be the name of an agent: YAML does not read it as a string")
     return name
 

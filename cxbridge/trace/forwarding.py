@@ -1,7 +1,8 @@
 """Forwards writes of a blackboard's interfaces to an event bus; see docs/recording.md.
 
-The forwarder opens each matching interface for reading and follows it: the interface is closed when no other
-program has it open. Listeners of the blackboard must not open interfaces: they leave this task to `poll`.
+The forwarder opens each matching interface for reading and follows it: the interface is closed when it has no
+writer and no other reader. Listeners of the blackboard must not open interfaces: they leave this task to
+`poll`.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class WriteForwarder(Listener, Observer):
     """Publishes the writes of matching interfaces of a blackboard on a bus, including later interfaces.
 
     Listeners emit in any thread, one at a time. Interfaces are opened and closed in the thread that calls
-    `poll`.
+    `start`, `poll` and `close`.
 
     :param board: not closed by the forwarder.
     :param patterns: the patterns of the forwarded interfaces.
@@ -156,7 +157,7 @@ class WriteForwarder(Listener, Observer):
                 self._open(interface.type, interface.id, is_later=is_later)
 
     def _open_or_close(self, key: InterfaceKey) -> None:
-        """Open a new interface, or close an interface that only this process has open.
+        """Open a new interface, or close an interface that only the forwarder has open.
 
         Without a connection, and shortly after its return, the check is postponed, because interfaces
         reappear one by one.

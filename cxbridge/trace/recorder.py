@@ -56,7 +56,7 @@ class Recorder(Closing):
             output.call_writer("flush")
 
     def flush_when_due(self) -> None:
-        """Flush, unless the last flush was less than half a second of real time ago.
+        """Flush, unless this method has flushed less than half a second of real time ago.
 
         Called often, this method keeps the files of a killed run readable, and nearly complete.
         """

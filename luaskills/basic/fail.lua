@@ -14,10 +14,13 @@ fail{after=1.5, error="out of paint", prob=0.3}
 
 skillenv.skill_module(_M)
 
-function is_number(value, low, high) return type(value) == "number" and value >= low and value <= high end
+function is_number_between(value, low, high)
+    return type(value) == "number" and value >= low and value <= high
+end
 
 function arguments_ok()
-    return is_number(fsm.vars.after or 0, 0, math.huge) and is_number(fsm.vars.prob or 1, 0, 1)
+    return is_number_between(fsm.vars.after or 0, 0, math.huge) and
+               is_number_between(fsm.vars.prob or 1, 0, 1)
 end
 
 -- Decide by a random number whether the skill fails; set the error of a failure.

@@ -1,5 +1,5 @@
-;;; The choice of a robot for a goal: a free robot with executors, but not the robot whose
-;;; last try has failed, unless no other robot has executors.
+;;; The choice of a robot for a goal: a free robot with executors, but not the robot that failed in
+;;; the last try of the goal, unless no other robot has executors.
 
 (defrule robots-choose
   (goal (id ?id) (class INSPECT) (mode SELECTED) (meta $?meta))

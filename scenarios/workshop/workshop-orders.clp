@@ -1,7 +1,8 @@
-;;; Orders: the choice of the next order, and its steps. A step has up to three tries.
+;;; Orders: the choice of the next order, and its steps. A step has up to three tries, but
+;;; the handing over, the last step, has only one.
 
 (deffunction workshop-step (?order ?priority ?goal)
-  "Make the goal a sub-goal of its order; a higher priority is selected earlier."
+  "Make the goal, with up to three tries, a sub-goal of its order; a higher priority is selected earlier."
   (goal-tree-update-child (goal-tree-assert-retry AUTOMATIC-SUBGOAL 3 ?goal) ?order ?priority))
 
 (defrule workshop-order-select

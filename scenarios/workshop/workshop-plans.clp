@@ -1,4 +1,4 @@
-;;; Plans for the steps, made from the state of the world when the step begins.
+;;; Plans for the steps and for cleaning up, made from the state of the world when a goal begins.
 ;;; The slot skiller names the robot or the machine that executes an action.
 
 (deffunction workshop-action (?goal ?action ?who ?names ?values)
@@ -18,6 +18,7 @@
   =>
   (assert (plan (id (sym-cat ?id -PLAN)) (goal-id ?id) (type SEQUENTIAL)))
   (bind ?piece (nth$ (+ 1 (member$ piece ?params)) ?params))
+  ; the last parameter: the wood, the colour, the order or the machine
   (bind ?last (nth$ (length$ ?params) ?params))
   (switch ?class
     (case CUT then (workshop-action ?id cut saw (create$ w k) (create$ ?piece ?last)))

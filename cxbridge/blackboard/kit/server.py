@@ -124,7 +124,7 @@ class BoardServer(ABC):
 
     @abstractmethod
     def _release(self) -> None:
-        """Release the server's resources; called in the thread that stops it."""
+        """Release the server's resources; called in the thread that stops it, or that could not start it."""
 
     def _warn(self, text: str) -> None:
         if self._log is not None:

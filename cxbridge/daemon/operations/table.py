@@ -21,7 +21,7 @@ OPERATION_MODULES: Final[Table[ModuleType]] = Table(
 def operations() -> Mapping[str, Operation[Any]]:
     """Return all operations by name.
 
-    :raises PluginError: if two operations have the same name.
+    :raises PluginError: if two modules define an operation of the same name, or a module does not load.
     """
     return _load_operations(OPERATION_MODULES.rows)
 

@@ -33,6 +33,7 @@ class RecordReport:
     :param skipped_count: the number of writes that the blackboard has replaced by later writes.
     :param gaps: the start in microseconds since the epoch, and the duration in seconds, of each loss of the
         connection.
+    :param errors: the reasons why the recording into a file stopped early.
     """
 
     url: str
@@ -84,7 +85,7 @@ def record(
     on_ready: ReadyCallback = do_nothing,
     on_progress: Callable[[RecordReport], None] = do_nothing,
 ) -> RecordReport:
-    """Record for the duration, or until a signal: SIGINT, SIGTERM or SIGHUP.
+    """Record for the duration, or until a signal (SIGINT, SIGTERM or SIGHUP) or the failure of all files.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.

@@ -36,7 +36,7 @@ def spell_domain(domain: Domain, words: Iterable[str]) -> Domain:
     :param words: the words of the domain's text.
     """
     # a copy of the syntax tree takes time: most domains spell each name in one way, and need no copy
-    if not _has_two_spellings(words):
+    if not _has_two_spellings((*words, ROOT_TYPE)):
         return domain
     return _Speller(domain, domain.constants).spell_domain(domain)
 
@@ -44,7 +44,7 @@ def spell_domain(domain: Domain, words: Iterable[str]) -> Domain:
 def spell_problem(problem: Problem, domain: Domain, words: Iterable[str]) -> Problem:
     """Return the problem with the spellings of the declarations in problem and domain.
 
-    :param words: as in :func:`spell_domain`.
+    :param words: the words of the problem's text.
     """
     if not _has_two_spellings((*words, *_list_domain_names(domain))):
         return problem

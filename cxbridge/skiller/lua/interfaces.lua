@@ -1,5 +1,5 @@
 -- Interfaces of the blackboard as Lua objects: i:f(), i:set_f(v), i.CONSTANT, i.XMessage:new(...), queues.
--- The host describes each type once; methods are made at their first use.
+-- The host describes each type once; accessors of fields are made at their first use.
 
 local core = ...
 local log, checked, host = core.include("log"), core.include("checked"), core.host

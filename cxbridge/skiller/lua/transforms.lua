@@ -19,7 +19,8 @@ end
 
 function tf:frame_exists(frame) return checked(host.tf_frame_exists(frame)) end
 
---- can_transform(target, source, time), or with a fixed frame and a time for each frame.
+--- can_transform(target, source, time), or
+-- can_transform(target, target_time, source, source_time, fixed_frame).
 function tf:can_transform(target, second, third, source_time, fixed)
     if fixed then
         return checked(host.tf_can_transform(target, fixed, microseconds(second))) and
@@ -28,7 +29,8 @@ function tf:can_transform(target, second, third, source_time, fixed)
     return checked(host.tf_can_transform(target, second, microseconds(third)))
 end
 
---- lookup_transform(target, source, [time,] into), or with a fixed frame and a time for each frame.
+--- lookup_transform(target, source, [time,] into), or
+-- lookup_transform(target, target_time, source, source_time, fixed_frame, into).
 function tf:lookup_transform(target, second, third, source_time, fixed, into)
     if fixed then
         return fill(into, target, third, checked(host.tf_lookup_via(

@@ -74,7 +74,9 @@ class _History:
         return True
 
     def transform_at(self, time_us: int) -> StampedTransform:
-        """Return the transform at a time; for :data:`LATEST` and after the last stamp, the last transform.
+        """Return the transform at a time.
+
+        This is the last transform for :data:`LATEST`, for a static frame, and from the last stamp on.
 
         :raises ExtrapolationError: if all transforms are later.
         """

@@ -18,4 +18,4 @@ class ExtrapolationError(TransformError):
 
 
 class InvalidRotationError(TransformError):
-    """A quaternion is not a rotation: it has a NaN, or its length is not 1."""
+    """A quaternion is not a rotation: it has a NaN, or its length is not about 1."""

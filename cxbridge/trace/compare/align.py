@@ -84,7 +84,7 @@ def _find_blocks(a: Sequence[int], b: Sequence[int]) -> Sequence[Block]:
         if end <= len(a) and end - diagonal <= len(b)
     ]
     passed_count, blocks = max(candidates, key=itemgetter(0))
-    # if less than two thirds of the items have a partner (chosen freely), their pairs are rather coincidences
+    # if at most two thirds of the items have a partner (chosen freely), their pairs are rather coincidences
     if 3 * sum(size for *_, size in blocks) > passed_count:
         return blocks
     # the last block is empty

@@ -1,4 +1,4 @@
-"""The context of a difference: preceding events, fired rules and present goals."""
+"""The context of a difference: the events around it, the last fired rules and the present goals."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ LINES_BEFORE = 6
 LINES_AFTER = 2
 """The number of events shown after the event at the difference."""
 
-RULES_BEFORE = 5
-"""The number of firings shown before the event at the difference."""
+RULES_SHOWN = 5
+"""The maximum number of firings shown; the last may be the event at the difference itself."""
 
 
 def read_contexts(
@@ -36,7 +36,7 @@ def read_contexts(
     if not positions_in_order:
         return contexts
     recent: deque[tuple[int, Event]] = deque(maxlen=LINES_BEFORE + 1)
-    rules: deque[RuleFired] = deque(maxlen=RULES_BEFORE)
+    rules: deque[RuleFired] = deque(maxlen=RULES_SHOWN)
     goals: dict[str, GoalTransition] = {}
     incomplete_positions: list[int] = []
     number, start_us = 0, None

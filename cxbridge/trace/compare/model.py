@@ -141,8 +141,8 @@ class GoalAtDifference:
 class DifferenceContext:
     """The events, rules and goals around a difference in one run.
 
-    :param rules: the preceding firings, if the run records firings.
-    :param goals: the goals that are not retracted, parents before their children.
+    :param rules: the last firings up to the event at the difference, if the run records firings.
+    :param goals: all goals except retracted roots and the goals below them, parents before their children.
     """
 
     lines: list[EventLine] = field(default_factory=list)

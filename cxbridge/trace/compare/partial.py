@@ -146,7 +146,7 @@ def _describe_state(step: Step) -> str:
 
 
 def compare_counts(a: Steps, b: Steps) -> Iterator[Difference]:
-    """Yield the rules that fire, and the facts that are asserted and retracted, another number of times.
+    """Yield the rules that fire, and the facts that are asserted or retracted, more often in one run.
 
     The order is not compared: without goals, the dependencies between these events are unknown.
     """

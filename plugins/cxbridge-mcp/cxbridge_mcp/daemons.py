@@ -1,6 +1,7 @@
 """The tools for a running daemon.
 
-The daemon checks the rights of its clients; this server offers only the operations that the user allows.
+The daemon checks the rights of its clients; this server offers the operations that only read, and
+those that the user allows.
 """
 
 from __future__ import annotations

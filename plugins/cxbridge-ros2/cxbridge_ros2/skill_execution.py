@@ -2,7 +2,7 @@
 
 ros2-clips-executive (fawkesrobotics, 2021) is the executive of a thesis; see docs/evidence/ros2cx.md. The
 caller is its class SkillExecutionMaster, the performer its class SkillExecution. The protocol extends that of
-PlanSys2 by a skill string, and by the name of a robot, which SkillExecutionMaster leaves empty.
+PlanSys2 by a skill string, and by the name of a robot, which the rules of the thesis leave empty.
 """
 
 from __future__ import annotations

@@ -217,9 +217,10 @@ class Ros2CxSource(Source):
 
 
 def _find_overlay(file: Path) -> Path:
-    """Return an overlay file, or the shipped overlay of this name.
+    """Return the shipped overlay of a name, unless a file has this name; return other paths unchanged.
 
-    :raises CxbridgeError: if neither exists.
+    :param file: a name if it has neither a folder nor a suffix.
+    :raises CxbridgeError: if there is neither a file nor a shipped overlay of a name.
     """
     if file.exists() or len(file.parts) != 1 or file.suffix:
         return file

@@ -1,8 +1,9 @@
-"""The page as one document, which contains its modules, styles and data.
+"""The page as one document, which contains its modules and styles and, without a server, its data.
 
-The modules of the page import each other as ``cx/NAME.js``. The import map of the document maps each name to
-a ``data:`` URL with the text of the module, so a browser needs only one request for the page. The content
-security policy allows only the scripts of the document and their imports.
+The modules of the page import each other as ``cx/NAME.js``, and modules made here as ``shared/NAME.js``. The
+import map of the document maps each name to a ``data:`` URL with the text of the module, so a browser needs
+only one request for the page. The content security policy allows only the scripts of the document and their
+imports.
 """
 
 from __future__ import annotations

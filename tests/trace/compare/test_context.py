@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, RuleFired
-from cxbridge.trace.compare.context import LINES_AFTER, LINES_BEFORE, RULES_BEFORE, read_contexts
+from cxbridge.trace.compare.context import LINES_AFTER, LINES_BEFORE, RULES_SHOWN, read_contexts
 from tests.trace.runs import MemoryRun, family, goal
 
 
@@ -31,7 +31,7 @@ def test_context_has_fixed_numbers_of_lines_and_rules() -> None:
         events.append(RuleFired(time_us, "executive", number, f"rule-{number}", "*"))
         events.append(goal("gen1", f"MODE-{number}", time_us=time_us))
     context = read_contexts(MemoryRun(events), View.TRANSITIONS, [None, 19])[19]
-    assert len(context.rules) == RULES_BEFORE
+    assert len(context.rules) == RULES_SHOWN
     assert context.rules[-1].split()[2] == "rule-19:"
     assert [line.number for line in context.lines] == list(range(20 - LINES_BEFORE, 21 + LINES_AFTER))
     assert [line.number for line in context.lines if line.here] == [20]

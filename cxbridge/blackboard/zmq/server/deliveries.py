@@ -1,8 +1,8 @@
 """Messages from the server to writers in clients.
 
 The sender of a message waits until the message is in the writer's queue, as on a local blackboard. So each
-delivery ends with an outcome, which the client reports, or which follows from the loss of the session or from
-a timeout.
+delivery ends with an outcome, which the client reports, or which follows from the end of the writer or of its
+session, from too many pending messages or from a timeout. Only a sender in the server's thread does not wait.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Deliveries:
 
         :param frame: the message, without delivery number.
         :param on_outcome: called exactly once.
-        :param deadline_s: the limit, in seconds of the monotonic clock.
+        :param deadline_s: the time at which the delivery fails, in seconds of the monotonic clock.
         """
         if session.has_failed:
             on_outcome(ResultCode.NO_WRITER, 0)
@@ -158,8 +158,8 @@ class ForwardedQueue(MessageQueue):
     def enqueue(self, message: Message, time_us: int) -> None:
         """Report the outcome of the present message, which the `Forwarder` has sent, to its sender.
 
-        :raises NoWriterError: if the writer was closed before its reply.
-        :raises QueueFullError: if the writer's queue is full.
+        :raises NoWriterError: if the writer or its session ended before the reply.
+        :raises QueueFullError: if the writer's queue is full, or its session has too many pending messages.
         :raises RequestTimeoutError: if the client did not reply in time.
         :raises BlackBoardError: if the client refuses the message for another reason.
         """

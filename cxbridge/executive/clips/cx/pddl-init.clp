@@ -7,7 +7,7 @@
 (defglobal
   ; the collection from which problems are generated
   ?*PDDL-ROBMEM-COLLECTION* = "robmem.clipswm"
-  ; between two checks for writers; Fawkes' interval
+  ; the seconds between two checks for writers, as in Fawkes
   ?*PDDL-INIT-CONTROL-RETRY-INTERVAL-SEC* = 1
 )
 

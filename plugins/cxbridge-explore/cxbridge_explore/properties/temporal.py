@@ -1,8 +1,9 @@
 """Temporal properties of patterns: ``never``, ``always``, ``eventually`` and ``after``.
 
-A pattern without ``not`` and ``forall`` is matched at each moment, even between two firings of rules. A
-pattern with ``not`` or ``forall`` requires the absence of facts, and is matched after each loop only: a rule
-that modifies a fact retracts the fact for a moment, which is not an absence.
+``always`` matches its pattern after each loop. The other properties match a pattern without ``not`` and
+``forall`` at each moment, even between two firings of rules. A pattern with ``not`` or ``forall`` requires
+the absence of facts, and is matched after each loop only: a rule that modifies a fact retracts the fact for a
+moment, which is not an absence.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ class _WatchedPattern:
 class PatternMonitor(Monitor):
     """The base class of these monitors: makes the probes in each agent as soon as its deftemplates exist.
 
-    The deftemplates exist when the agent is loaded, some loops after the start of the run. The run may have
-    several agents.
+    The deftemplates exist when the agent is loaded, some loops after the start of the run; a deftemplate that
+    is missing then is an error. The run may have several agents.
     """
 
     def __init__(self, scene: Scene, *patterns: _WatchedPattern) -> None:

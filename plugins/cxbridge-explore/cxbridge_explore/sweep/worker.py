@@ -1,8 +1,9 @@
 """The worker process of a sweep, which loads the scenario once, and forks a child for the run of each seed.
 
-The worker receives lists of seeds from its parent. It sends None after loading the scenario, then a row for
-each seed in order; or it sends a :class:`~cxbridge.errors.CxbridgeError` and ends. On a system that cannot
-fork, the worker sends None at once, and loads the scenario for each seed.
+The worker receives lists of seeds from its parent. It sends None when it has loaded the scenario and played
+up to the first choice, or to the end of a run without choices, then a row for each seed in order; or it sends
+a :class:`~cxbridge.errors.CxbridgeError` and ends. On a system that cannot fork, the worker sends None at
+once, and loads the scenario for each seed.
 """
 
 from __future__ import annotations

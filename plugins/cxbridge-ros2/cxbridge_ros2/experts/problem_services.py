@@ -84,8 +84,8 @@ def _get_ground(
 ) -> Mapping[str, Any]:
     values, ground = _find_values(expert, kind), _parse_ground(request["expression"])
     if ground not in values:
-        problem = "has no value" if kind is TreeNodeKind.FUNCTION else "is not true"
-        raise Ros2Error(f"{format_ground(ground)} {problem}")
+        complaint = "has no value" if kind is TreeNodeKind.FUNCTION else "is not true"
+        raise Ros2Error(f"{format_ground(ground)} {complaint}")
     return {"node": make_ground_node(kind, ground, expert.instances, values[ground])}
 
 

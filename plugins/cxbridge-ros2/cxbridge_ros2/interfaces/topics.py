@@ -86,7 +86,7 @@ class PublishedInterfaces(Closing):
                 publish(change)
         except CxbridgeError as error:
             self._publish_functions[change.uid] = _ignore_change
-            self._log.warn(f"{change.uid} is no longer published: {error.message}")
+            self._log.warn(f"{change.uid} is not published: {error.message}")
 
     def _start_publishing(self, uid: str) -> Callable[[InterfaceChange], None]:
         """Announce the publisher of an interface, and return the function that publishes a change.
@@ -132,6 +132,7 @@ class WrittenInterface(Closing):
 
     def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard) -> None:
         self._node = node
+        # the settings of a written interface have no wildcards: the globs are a type and an id
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
         self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER)
         self._message_paths = _find_message_paths(settings, self._instance.SCHEMA)

@@ -154,8 +154,8 @@ class _DeffunctionGoalHandler(GoalHandler):
         """Call a deffunction with the name of the server, a goal and an argument.
 
         :param name: the deffunction's name without the prefix and ``-callback``.
-        :returns: the value of the deffunction; None without such a deffunction, :data:`_REJECTED` after an
-            error.
+        :returns: the value of the deffunction, FALSE if it returns none; None without such a deffunction,
+            :data:`_REJECTED` after an error.
         """
         deffunction, messages = f"{self._prefix}{name}-callback", self._plugin.messages
         goal_address = messages.add_received(self._servers.type_name.derive("Goal"), served_goal.goal)
@@ -163,7 +163,8 @@ class _DeffunctionGoalHandler(GoalHandler):
             with self._env.lock:
                 if not self._env.has_deffunction(deffunction):
                     return None
-                return self._env.call(deffunction, self._server, goal_address, argument)
+                value = self._env.call(deffunction, self._server, goal_address, argument)
+                return FALSE if value is None else value
         except ClipsError as error:
             self._plugin.log.error(str(error))
             return _REJECTED

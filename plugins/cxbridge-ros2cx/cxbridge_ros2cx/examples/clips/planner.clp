@@ -1,7 +1,7 @@
 ; Requests a plan of pddl_manager for a problem file, with the robot in the cellar as goal, and prints
 ; the plan.
 
-; sends a request, in whose ?fields names and values alternate
+; sends a request; ?fields are the name and the value of a field in turn
 (deffunction send-request (?service ?type $?fields)
   (bind ?name (str-cat "/pddl_manager/" ?service))
   (bind ?request (ros-msgs-create-request (str-cat "cx_pddl_interfaces/srv/" ?type)))

@@ -22,7 +22,10 @@ const sides = (make) =>
   );
 /** The kind of an event and its text; without a kind if the run has no such event. */
 const eventText = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(shortened(text))];
-/** The time of a difference in seconds into one run; undefined if the run has no such event. */
+/**
+ * The time of a difference in seconds into one run; if the run lacks the event, that of the preceding event.
+ * Undefined if there is no such event or no context.
+ */
 const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
 /** The address of a moment on the page of a run; null: the page has only the comparison. */
@@ -189,7 +192,7 @@ function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
   const moments = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
     .filter(([seconds]) => seconds !== undefined && unit === "s")
     .map(([seconds, name]) => secondsText(seconds) + " in " + name);
-  const where = moments.length ? " at " + moments.join(", ") : " there";
+  const where = moments.length ? " at " + moments.join(", ") : "";
   return el.p(
     "They part" + where + ": A has ",
     el.code(shortened(a.text)),
