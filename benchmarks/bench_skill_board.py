@@ -1,6 +1,6 @@
 """A loop of the skill board with 1,000 running actions over 100 agents, all in this process.
 
-Each agent has ten executors. Each of them executes an action and reports progress in every step; the protocol
+Each agent has ten executors. Each of them executes an action and reports progress in every loop; the protocol
 passes the progress on five times a second. A figure is the time of a loop of the service (masters, executors,
 Skillers of the agents), in CPU time of this process, because other processes may use the machine as well.
 
@@ -33,7 +33,7 @@ LIMIT_MS = 33.0
 """The limit for the median loop: the period of the main loop."""
 START_ROUNDS = 7
 """The number of rounds that measure the start of the actions."""
-START_LIMIT_MS = 50.0
+START_LIMIT_MS = 50.0  # one and a half periods of the main loop
 """The limit for the slowest loop that starts actions, the median of the rounds."""
 
 

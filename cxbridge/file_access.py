@@ -1,4 +1,4 @@
-"""Readable files, and output files that are written whole or not at all."""
+"""Checks of input files, output files that replace old files when complete, and a walk through folders."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED_STRING})|{_COMME
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)", re.ASCII)
 """The start of a construct with kind and name, for texts with blank strings and comments.
 
-The only construct that does not match is ``defmessage-handler``, which has two names.
+The only construct that does not match is ``defmessage-handler``, whose kind has a hyphen.
 """
 
 # The start of any construct.
@@ -135,7 +135,7 @@ def read_nodes(text: str, *, close: bool = False) -> list[SyntaxNode]:
 
 
 def compact(text: str) -> str:
-    """Return CLIPS text on one line, without comments and superfluous blanks."""
+    """Return CLIPS text without comments, line ends and superfluous blanks outside strings."""
     tokens: list[str] = []
     for match in TOKEN.finditer(text):
         token = " " if match.lastgroup == "blank" else match.group()

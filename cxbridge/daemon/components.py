@@ -22,7 +22,7 @@ class BlackBoardComponent(Component):
 class DaemonRecorder(RecorderComponent):
     """Records the events of a daemon; earlier recordings of the same name are kept.
 
-    :raises TraceError: if a file cannot be written.
+    :raises CxbridgeError: if a file cannot be written.
     """
 
     def __init__(self, daemon: Daemon) -> None:

@@ -123,7 +123,7 @@ class DaemonSettings:
         return settings
 
     def check(self) -> None:
-        """Raise :class:`ConfigError` if settings contradict each other."""
+        """Raise :class:`ConfigError` for a virtual clock, or if one of the two CURVE settings is missing."""
         if self.clock == "virtual":
             raise ConfigError(
                 "a daemon cannot run on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
@@ -159,7 +159,7 @@ def _read_choice(
 def read_core(config: Configuration) -> str | None:
     """Return the configured CX core; None: the checkout's core, or cxbridge's own without a checkout.
 
-    :raises ConfigError: if the setting names another core.
+    :raises ConfigError: if there is no such core.
     """
     return _read_choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 

@@ -110,7 +110,7 @@ class Source:
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """The checkouts of the options, first the overlays. They must exist."""
+        """The checkouts of the options: the overlays, then the Fawkes checkout."""
         fawkes = self.options.fawkes_dir
         return (*self.options.overlays, *(() if fawkes is None else (fawkes,)))
 
@@ -163,7 +163,7 @@ class Source:
     def load_configuration(self) -> tuple[Configuration, Path]:
         """Return the configuration with overlays, and its file.
 
-        :raises CxbridgeError: if a file is missing or wrong.
+        :raises CxbridgeError: if a file or checkout is missing, or a file is wrong.
         """
         self.check()
         file = self.config_file()
@@ -187,10 +187,7 @@ class Source:
         )
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return the overlays of the scenario's configuration.
-
-        :raises CxbridgeError: if an overlay does not exist.
-        """
+        """Return the files that overlay the scenario's configuration."""
         files = self.options.config
         return (files,) if isinstance(files, Path) else tuple(files or ())
 

@@ -308,7 +308,7 @@ def _format_fields(values: Mapping[str, Any]) -> list[str]:
 def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
     """Print a line for a change, unless it is a write of equal values; return whether it was printed.
 
-    :param last_values: the last printed values by interface; updated.
+    :param last_values: the last received values by interface; updated.
     """
     from cxbridge.interfaces.assignments import fields_text
 

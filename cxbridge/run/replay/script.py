@@ -41,7 +41,7 @@ class CommandKind(Enum):
 class Command:
     """A command to a Skiller, with the resulting writes.
 
-    :param text: the skill string; it matters only for an :attr:`CommandKind.EXEC`.
+    :param text: the skill string of the first write; empty for a :attr:`CommandKind.STOP`.
     :param time_us: the time of the first write.
     :param values: the values of the first write.
     :param later_writes: further writes: the microseconds after the first write, and the values.
@@ -140,7 +140,7 @@ class RecordedExecution:
     :param time_us: the time of the start.
     :param duration_us: the duration; None if the recording ends before the execution.
     :param feedback: the messages: microseconds after the start, progress, and text.
-    :param outcome: the recorded outcome, e.g. SUCCEEDED, FAILED or CANCELLED.
+    :param outcome: the outcome, e.g. SUCCEEDED, FAILED or CANCELLED; SUCCEEDED if it is not recorded.
     """
 
     skill: str

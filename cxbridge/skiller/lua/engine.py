@@ -161,7 +161,7 @@ class LuaEngine:
         return self._error_text(self._call("compile", to_lua(skill_string)))
 
     def run(self) -> tuple[str, Status]:
-        """Execute the compiled skill string once, in one loop.
+        """Execute the prepared calls or the compiled skill string once, in one loop.
 
         :returns: the Lua error with traceback, empty after success; and the combined status of the called
             skills.

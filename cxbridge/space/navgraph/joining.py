@@ -59,7 +59,7 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
 
 
 def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
-    """Add an edge, with a new node at each intersection.
+    """Add an edge, with a node at each intersection, which is new unless there is a node already.
 
     :raises NavGraphError: if the edge cannot be added.
     """

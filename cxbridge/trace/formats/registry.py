@@ -1,8 +1,9 @@
 """The formats of recorded runs, and opening of a run by its content.
 
-A module or package of this folder, or of a plug-in's table, is a format if it has ``FORMATS``, a tuple of
-:class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`. A format in which runs can be
-recorded also has ``RECORDING``, the ``module:function`` that opens a path for a :class:`.base.RecordingInfo`.
+A module or package of this folder, or one that a plug-in adds to :data:`FORMAT_MODULES`, has formats if it
+has ``FORMATS``, a tuple of :class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`. The
+module of a format in which runs can be recorded also has ``RECORDING``, the ``module:function`` that opens a
+path for a :class:`.base.RecordingInfo`.
 """
 
 from __future__ import annotations

@@ -109,7 +109,10 @@ class Ros2CxSource(Source):
         return load_executive_parameters(file.parent)
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return the overlays; a name without a folder and a suffix may be that of a shipped overlay."""
+        """Return the overlays; a name without a folder and a suffix may be that of a shipped overlay.
+
+        :raises CxbridgeError: if there is no shipped overlay of such a name.
+        """
         return tuple(map(_find_overlay, super().find_overlays()))
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:

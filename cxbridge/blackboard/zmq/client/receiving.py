@@ -92,7 +92,7 @@ class EventReceiver(Dispatcher):
         self._watched_round_count = 0  # the count at the last call of `take_turn_if_slow`
         self._nudge_lock: Final = threading.Lock()
         self._nudge_socket: Socket | None = None
-        self._backlog: deque[Call | None] = deque()  # calls taken from the queue while a listener waited
+        self._backlog: deque[Call | None] = deque()  # calls taken from the queue but not made yet
         self._has_ended = False
         self._is_idle = False  # whether the dispatcher's thread waits for calls
         # whether the dispatcher's thread waits for a frame, so that calls must nudge it
@@ -104,7 +104,7 @@ class EventReceiver(Dispatcher):
 
     def _reset(self) -> None:
         self.last_received_s = time.monotonic()
-        """The monotonic time of the last received frame, in seconds."""
+        """The monotonic time of the last received frame or nudge, in seconds."""
         self.welcome: Welcome | None = None
         """The server's Welcome; None before its arrival."""
         self.fault = ""
@@ -291,7 +291,7 @@ class EventReceiver(Dispatcher):
 
     def handle_waiting_frames(self) -> None:
         """Handle waiting frames, at most one batch."""
-        # the limit, because a fast writer could keep the thread in the loop, which returns no credit
+        # the limit, because meanwhile the client returns no credit, and its dispatcher calls no listener
         recv = self._recv
         for _ in range(_BATCH_SIZE):
             try:

@@ -135,8 +135,8 @@ def _ipc_path(endpoint: str) -> Path | None:
 def remove_file(endpoint: str) -> None:
     """Remove the file of a bound ipc endpoint, which libzmq does not remove.
 
-    The caller unbinds the endpoint afterwards: another daemon can make a new file only when no process serves
-    the endpoint.
+    The caller unbinds the endpoint afterwards, not before: while this process serves the endpoint, no other
+    daemon can have replaced the file.
     """
     if path := _ipc_path(endpoint):
         with contextlib.suppress(OSError):  # the permissions may have changed

@@ -61,7 +61,7 @@
 
 (defrule domain-replace-precond-on-sensed-val-effect-of-exog-action
   "The precondition on a value also accepts the values that the action sets. A negated precondition
-   stays unchanged, because the action does not set its value."
+   stays unchanged, because a different value satisfies it already."
   (domain-operator (name ?operator) (exogenous TRUE))
   (domain-effect (part-of ?operator) (predicate ?predicate) (type POSITIVE)
                  (param-names $?names) (param-constants $?constants))

@@ -83,7 +83,7 @@ class LearningAgent(Closing):
     :param ros2cx: the checkout or workspace with the packages of the agent; None if there is none.
     :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
-    :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
+    :param patience: the time limit of a service, a goal or a decision, in seconds of the agent's clock.
     :raises CxbridgeError: if the parameters are invalid, no environment has the templates of ``cx_rl_clips``,
         or the agent does not serve both actions and call ``get_status`` in time.
     """
@@ -217,6 +217,7 @@ class LearningAgent(Closing):
         return self._run_until(lambda: sent_goal.result, timeout_message)
 
     def reset(self) -> None:
+        """Let the agent reset itself for the next episode."""
         self._send_goal("reset_env", "the agent does not end its reset")
 
     def execute_action(self, action_id: str) -> Mapping[str, Any]:
@@ -265,7 +266,7 @@ class LearningAgent(Closing):
                     response = self.call_service(
                         "get_observable_objects", "GetObservableObjects", type=type_name
                     )
-                    objects[type_name] = [name for name in response["objects"] if name != _NO_OBJECTS_TEXT]
+                    objects[type_name] = [text for text in response["objects"] if text != _NO_OBJECTS_TEXT]
             if parameters:
                 for arguments in product(*(objects[type_name] for type_name in parameters)):
                     yield format_grounding(name, arguments)

@@ -34,7 +34,7 @@ CHANGING_KINDS: Final = range(10, 23)
 
 
 class ConfigKind(IntEnum):
-    """The kinds of messages other than `GET_KINDS` and `CHANGING_KINDS`."""
+    """The supported kinds of messages other than `GET_KINDS` and `CHANGING_KINDS`."""
 
     FLOAT_VALUE = 30
     UINT_VALUE = 31
@@ -78,7 +78,7 @@ def unpack_path(payload: bytes) -> str:
 class ConfigMessage(WireValue):
     """The reply about one path.
 
-    :param path: the path, of at most 127 bytes.
+    :param path: the path; `pack` cuts it to 127 bytes.
     :param values: the value, or the items of a list; empty for INV_VALUE.
     """
 

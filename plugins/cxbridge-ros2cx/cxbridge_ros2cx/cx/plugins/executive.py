@@ -27,7 +27,7 @@ _CONSTRUCTS: Final = (
 
 
 class ExecutivePlugin(CxPlugin):
-    """Runs the rules of its environments at its rate, each time with a fact ``(time SECONDS)``."""
+    """Runs the rules of its environments at its rate, by default each time with a fact ``(time SECONDS)``."""
 
     refresh_type = "std_msgs/msg/Empty"
 

@@ -28,8 +28,8 @@ import { canAsk, showAnswer } from "cx/why.js";
 
 const MOST = 200, // entries of a list
   MOST_LINES = 8, // of the log
-  MOST_STEPS = 12, // a longer list of changes is folded
-  REST_MS = 500, // the shortest time between two changes of the details
+  MOST_STEPS = 12, // a list of this many or more changes is folded
+  REST_MS = 500, // the shortest time between two drawings of the same item
   LATE_US = 200_000, // log lines about an end come after the end
   PLANS_MS = 1000; // the shortest time between two requests for plans
 // slots of a goal that are shown elsewhere or not at all
@@ -41,7 +41,7 @@ const SHOWN = new Set(
 );
 // the default values of slots
 const USUAL = new Set(["", "0", "nil", "FALSE", "DEFAULT"]);
-/** The value or values of a slot as a text, without quotes. */
+/** The value or values of a slot as a text; a single string without its quotes. */
 const words = (values) =>
   Array.isArray(values) ? values.join(" ") : String(values ?? "").replace(/^"(.*)"$/s, "$1");
 /** The text of a slot; empty for a default value. */
@@ -119,8 +119,8 @@ export class Detail {
   }
 
   /**
-   * Postpone the drawing after a recent one: the details change at most twice a second, so that they can be
-   * read. Returns whether the drawing was postponed.
+   * Postpone the drawing after a recent one: the details of an item change at most twice a second, so that
+   * they can be read. Returns whether the drawing was postponed.
    */
   postpone() {
     const rest = this.drawnAt + REST_MS - performance.now();
@@ -337,8 +337,8 @@ export class Detail {
     return showAnswer(this.host.app, [kind, name, env], show);
   }
   /**
-   * Read the plans of the goal that was drawn last: of another environment than the executive's from its
-   * facts.
+   * Read the plans of the goal that was drawn last. If its environment is not the executive's, the plans come
+   * from facts.
    */
   async askPlans() {
     const { plannedGoal: goal, host } = this,

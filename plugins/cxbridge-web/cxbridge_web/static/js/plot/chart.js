@@ -8,7 +8,7 @@ const AXIS = 58, // pixels: the width of an axis with numbers
   WIDE = 800, // the width of a chart that has room for axes with words
   BOTTOM = 26, // the height of the axis of time
   TOP = 10, // the margin above the plotted area
-  RIGHT = 14, // the margin beside the plotted area, without axes there
+  RIGHT = 14, // the margin right of the plotted area and of the axes there
   PAD = 0.06, // the margin above and below the values, as a share of their range
   KEY_STEP = 0.02, // a key moves the cursor by this share of the visible time
   KEY_ZOOM = 1.25,
@@ -18,7 +18,7 @@ export class Chart {
   /**
    * All times are microseconds.
    * @param handlers.moved() is called after a pan; handlers.zoomed() after a zoom; handlers.cursor(time)
-   * after each move of the pointer, with null when the pointer leaves; handlers.pick(time) when the user
+   * after each move of the cursor, with null when the pointer leaves; handlers.pick(time) when the user
    * chooses a moment; handlers.all() shows the whole run
    * @param timeText(time, step) returns the text of a time on the axis, with `step` between its marks
    */

@@ -11,8 +11,8 @@ export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
 export const nameOfLane = (lane) => lane.replace(/^board \/?/, "");
 
 /**
- * The agent and the id of an interface; with several agents, its name ends with AGENT/ID. The agent is ""
- * without one.
+ * The agent and the id of an interface. With several agents, its name ends with AGENT/ID; otherwise the agent
+ * is "".
  */
 export function agentAndId(uid) {
   const [, agent = "", id] = /::(?:(.*)\/)?([^/]*)$/s.exec(uid);

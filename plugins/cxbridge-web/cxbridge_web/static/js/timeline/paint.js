@@ -68,7 +68,7 @@ export class Painter {
       ? null
       : [Math.max(left, -20), Math.min(right, timeWindow.width + 20)];
   }
-  /** The visible spans of an item: {span, edges, freeUntil}, see edges() and freeUntil(). */
+  /** The visible spans of an item except tails: {span, edges, freeUntil}, see edges() and freeUntil(). */
   *spans(item) {
     const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail");
     for (const [at, span] of spans.entries()) {

@@ -165,9 +165,9 @@ export class Timeline {
   draw(context, width, height, palette) {
     const { timeWindow, list, isListDirty } = this,
       namesSign = this.history.revision + " " + this.cursorStep,
-      isWider = timeWindow.width !== width;
+      isResized = timeWindow.width !== width;
     timeWindow.width = width;
-    if (!this.isFitted || (isWider && timeWindow.fits)) timeWindow.fit();
+    if (!this.isFitted || (isResized && timeWindow.fits)) timeWindow.fit();
     this.isFitted = true;
     if (isListDirty) this.drawList();
     else if (this.namesSign !== namesSign) list.update();
@@ -308,8 +308,8 @@ export class Timeline {
     this.later();
   }
   /**
-   * Go to the next error after the chosen moment, or to the last error before it; beyond the last error the
-   * first follows.
+   * Go to the next error after the chosen moment, or to the last error before it. The last error and the
+   * first are neighbours.
    * @param by 1 or -1
    */
   toError(by) {

@@ -7,7 +7,7 @@ import { robotNames } from "cx/timeline/rows.js";
 const MOST_BARS = 400, // of a lane: the latest calls
   MOST_FACTS = 3; // of a robot
 
-/** The skill calls by robot: name -> calls, in order. */
+/** The skill calls by robot: name -> calls, in the order of names. */
 export function robotsOf({ lanes }) {
   const names = robotNames(lanes);
   return new Map(
