@@ -24,8 +24,8 @@ class Pattern:
     def parse(cls, text: str) -> Self:
         """Parse ``TYPE`` or ``TYPE::ID``.
 
-        :raises InvalidNameError: if a pattern is empty or too long, or the type's pattern has a character
-            that belongs neither to types nor to patterns.
+        :raises InvalidNameError: if a pattern is empty or too long, the type's pattern has a character that
+            belongs neither to types nor to patterns, or the id's pattern has a NUL.
         """
         type_glob, separator, id_glob = text.partition("::")
         try:

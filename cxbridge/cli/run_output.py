@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
 
 _WORD_WIDTH: Final = max(len(outcome.word) for outcome in OutcomeKind)
-# Shorter durations of goals are not printed.
+# Shorter durations of goals are not printed: with one decimal, they are 0.0 s.
 _MIN_SHOWN_DURATION_S: Final = 0.05
 
-# The number of characters of a reason that are shown even on a narrow terminal.
+# The number of characters of a reason, with the colon before it, that are shown even on a narrow terminal;
+# chosen freely.
 _MIN_REASON_WIDTH: Final = 24
 
 # The start of the lines of a Lua error that only the log shows; the field of an interface may truncate it.
@@ -47,7 +48,10 @@ def _drop_stack_trace(reason: str) -> str:
 
 
 class RunLogPrinter(ConsoleLog):
-    """Prints the log lines of the run; the output of rules only with ``verbose``.
+    """Prints the log lines of the run.
+
+    Without ``verbose``, the output of rules is left out, except errors of CLIPS and the output of agents
+    without goals.
 
     :param quiet: whether to print errors only.
     :param verbose: whether to print all lines.
@@ -103,9 +107,9 @@ class RunLogPrinter(ConsoleLog):
 
 
 class RunPrinter:
-    """Prints a line per ended goal, and finally the result.
+    """Prints a line per ended goal, and finally the goal tree and the result.
 
-    :param quiet: whether to print only the result.
+    :param quiet: whether to leave out the lines of ended goals.
     """
 
     def __init__(self, *, quiet: bool = False) -> None:

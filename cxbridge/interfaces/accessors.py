@@ -1,9 +1,9 @@
 """Properties that read and write single fields of a block.
 
-Reading uses a :mod:`ctypes` view of the block, which is the fastest access of the standard library; writing
-uses :mod:`struct`, which checks type and range. Accessors are compiled from templates with the number of the
-field, which makes them fast: ``f0``, ``f1`` ... are the names in the view. Names of a definition never become
-source text.
+Reading a number or a text uses a :mod:`ctypes` view of the block, which is the fastest access of the standard
+library; reading an array and all writing use :mod:`struct`, which checks type and range. The accessors of
+numbers and texts are compiled from templates with the number of the field, which makes them fast: ``f0``,
+``f1`` ... are the names in the view. Names of a definition never become source text.
 
 As in Fawkes, a setter sets ``_changed`` if the stored value changes, and ``_refreshed`` always. A setter that
 refuses a value leaves the field unchanged.
@@ -148,7 +148,7 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
         except (StructError, OverflowError, TypeError):
             # struct clears the bytes before it raises
             buffer[offset:end] = previous_bytes
-            # only a value with names of enum items or too few elements pays for a second attempt
+            # names of enum items and missing elements are rare, so only a failure leads to a second attempt
             try:
                 pack_into(buffer, offset, *_pad_elements(field, value, enum))
             except (StructError, OverflowError, TypeError):
@@ -171,7 +171,7 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
 def _pad_elements(field: FieldSchema, value: Collection[Any], enum: type[IntEnum] | None) -> list[Any]:
     """Return all elements of an array, with enum names as numbers and zeros at the end.
 
-    :raises TypeError: if the value has no length.
+    :raises TypeError: if the value is not iterable or has no length.
     """
     elements = list(value)
     if enum is not None:

@@ -73,8 +73,8 @@ def _parse_element(block: Block, field: FieldSchema, text: str) -> bool | int | 
 def set_field(block: Block, name: str, value: Any) -> None:
     """Set a field to the value of a user, checked more strictly than in Fawkes.
 
-    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts a long text, and accepts a number without an
-    enum item; this function refuses both.
+    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts a long text, or a text
+    at a NUL, and accepts a number without an enum item; this function refuses all three.
 
     :raises InterfaceError: if there is no such field, or the value does not fit.
     """

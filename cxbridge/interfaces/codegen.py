@@ -68,7 +68,7 @@ class _StubWriter:
     def _header_lines(self) -> Iterator[str]:
         """Yield the lines before the class."""
         schema = self._schema
-        yield from _class_docstring_lines(f"The interface type {schema.name}.", _GENERATOR_NOTE, "")
+        yield from _summary_docstring_lines(f"The interface type {schema.name}.", _GENERATOR_NOTE, "")
         yield ""
         yield _NOQA
         yield ""
@@ -102,7 +102,7 @@ class _StubWriter:
     def _class_lines(self) -> Iterator[str]:
         schema = self._schema
         yield f"class {schema.name}(Interface):"
-        yield from _class_docstring_lines(f"The interface type {schema.name}.", schema.comment, _INDENT)
+        yield from _summary_docstring_lines(f"The interface type {schema.name}.", schema.comment, _INDENT)
         for enum in schema.enums:
             yield from self._enum_lines(enum)
         yield from self._constant_lines()
@@ -115,7 +115,7 @@ class _StubWriter:
         inner_indent, name = _INDENT * 2, attribute_name(enum.name, Interface)
         yield ""
         yield f"{_INDENT}class {name}(IntEnum):"
-        yield from _class_docstring_lines(f"Values of type {enum.name}.", enum.comment, inner_indent)
+        yield from _summary_docstring_lines(f"Values of type {enum.name}.", enum.comment, inner_indent)
         for item in enum.items:
             yield ""
             yield f"{inner_indent}{enum_member_name(item.name)} = {item.value}"
@@ -136,7 +136,7 @@ class _StubWriter:
         inner_indent = _INDENT * 2
         yield ""
         yield f"{_INDENT}class {message.name}(Message):"
-        yield from _class_docstring_lines(f"The message {message.name}.", message.comment, inner_indent)
+        yield from _summary_docstring_lines(f"The message {message.name}.", message.comment, inner_indent)
         yield from self._annotation_lines(message.fields, Message, inner_indent, f"{self._schema.name}.")
         if message.fields:
             yield from self._constructor_lines(message, inner_indent)
@@ -180,7 +180,8 @@ def _python_type_name(field: FieldSchema, enum_prefix: str) -> str:
     return field.storage.python_type.__name__
 
 
-def _class_docstring_lines(summary: str, comment: str, indent: str) -> Iterator[str]:
+def _summary_docstring_lines(summary: str, comment: str, indent: str) -> Iterator[str]:
+    """Yield the docstring of a module or class: a summary, and the comment unless it is empty."""
     lines = _wrap(comment, indent)
     yield from _quote_lines([summary, "", *lines] if lines else [summary], indent)
 

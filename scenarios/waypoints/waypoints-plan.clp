@@ -16,8 +16,8 @@
   (planner-plan ?goal (waypoints-goal-formula ?target)))
 
 (defrule waypoints-plan-set-agent
-  "The first parameter of a move is the robot, which is also its agent on the skill board. The salience is
-   above that of waypoints-goal-commit."
+  "The first parameter of a move is the robot, which is also the agent of the move on the skill board. The
+   salience is above that of waypoints-goal-commit."
   (declare (salience ?*SALIENCE-HIGH*))
   ?move <- (plan-action (action-name move) (param-values ?robot $?) (skiller "Skiller"))
   =>

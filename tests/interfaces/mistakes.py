@@ -33,7 +33,7 @@ MISTAKES = [
     ('length not a number', data_block('<field type="int8" name="a" length="x">c</field>'), 3, "'x' is not a length"),
     ('length zero', data_block('<field type="int8" name="a" length="0">c</field>'), 3, 'not a length'),
     ('length huge', data_block('<field type="double" name="a" length="4294967295">c</field>'), 3, 'limit of 2097152'),
-    ('constant without value', definition('<constants><constant type="int8" name="A">c</constant></constants>', DATA), 2, "'None' is not a value of type int8"),
+    ('constant without value', definition('<constants><constant type="int8" name="A">c</constant></constants>', DATA), 2, "<constant> has no attribute 'value'"),
     ('constant out of range', definition('<constants><constant type="int8" name="A" value="128">c</constant></constants>', DATA), 2, "'128' is not a value of type int8"),
     ('constant of byte', definition('<constants><constant type="byte" name="A" value="1">c</constant></constants>', DATA), 2, "type 'byte'"),
     ('reserved constant', definition('<constants><constant type="int8" name="hash" value="1">c</constant></constants>', DATA), 2, 'reserved'),

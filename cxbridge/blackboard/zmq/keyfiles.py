@@ -21,12 +21,14 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
     :param folder: the folder of the files, created if it does not exist.
     :param name: the owner of the keys; the files are ``name.key`` and ``name.key_secret``.
-    :raises EndpointError: if the name cannot be part of a file name, or one of the files exists.
+    :raises EndpointError: if the name has other characters than letters, digits, ``_``, ``-`` and ``.``,
+        or ends in ``-`` or ``.``; or if one of the files exists.
     :raises OSError: if the folder cannot be written.
     """
     if not _KEY_NAME.fullmatch(name):
         raise EndpointError(
-            f"'{name}' is not a valid name of a key", hint="use letters, digits, '_', '-' and '.'"
+            f"'{name}' is not a valid name of a key",
+            hint="use letters, digits, '_', '-' and '.', with no '-' or '.' at the end",
         )
     folder.mkdir(parents=True, exist_ok=True)
     public_file, secret_file = folder / f"{name}.key", folder / f"{name}.key_secret"
@@ -44,7 +46,10 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
 
 def _write_new(file: Path, text: str, mode: int) -> None:
-    """Create a file that never exists with another mode, so that no other user can read a secret key."""
+    """Create a file with at most the permissions ``mode`` from the start.
+
+    So no other user can read a secret key while it is written.
+    """
     descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
     with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
         stream.write(text)

@@ -91,8 +91,9 @@ def replay(
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
     :param on_progress: called with the present result several times a second during waits, and at the end.
-    :raises CxbridgeError: if a pattern is invalid, the recording cannot be read or has no selected write, no
-        server answers at the URL, or the blackboard refuses the replay.
+    :raises CxbridgeError: if a pattern is invalid, the recording cannot be read or has no selected write, a
+        recorded write does not fit the interface type, no server answers at the URL, or the blackboard
+        refuses the replay.
     """
     registry = InterfaceRegistry(options.interface_dirs)
     selection = ReplaySelection(tuple(map(Pattern.parse, options.patterns)), options.start_s, options.end_s)

@@ -29,7 +29,13 @@ def read_constant(element: Element, scope: NameScope, findings: Findings) -> Con
     value = None if text is None else parse_literal(type_name, text)
     if value is None:
         hint = f"write {TYPES[type_name].allowed_values}"
-        raise findings.make_error(element, f"'{text}' is not a value of type {type_name}", hint)
+        raise findings.make_error(
+            element,
+            "<constant> has no attribute 'value'"
+            if text is None
+            else f"'{text}' is not a value of type {type_name}",
+            hint,
+        )
     return ConstantSchema(name, type_name, value, comment)
 
 
@@ -58,6 +64,7 @@ def _read_item(element: Element, default_value: int, scope: NameScope, findings:
     """Read an ``item``.
 
     :param default_value: the value of the item unless the element has a value.
+    :raises InterfaceDefinitionError: if the name or the value is invalid, or the name is in use.
     """
     findings.check_form(element, ("name", "value"))
     name = findings.read_name(element, RESERVED_IN_INTERFACES)

@@ -16,7 +16,8 @@ local exports = {
     SubFSMJumpState = core.include("substates").SubFSMJumpState,
 }
 
--- The names of the skills that the skill string has called in this loop, in order: by their results, and all
+-- The names of the skills that the skill string has called in this loop, in order: separately for each
+-- result, and all together
 local names_by_result, active
 
 --- Clear the calls of this loop.
@@ -215,7 +216,7 @@ local function inject_skills(module, visible)
     end
 end
 
---- Check a skill's module, and set its variables to its interfaces and skills.
+--- Check a skill's module, and make its interfaces, its sub-skills and the common names visible in it.
 function skillenv.skill_module(module)
     if type(module) == "string" then module = core.require(module) end
     assert(type(module.name) == "string", "Skill name not set or not a string")
@@ -251,7 +252,7 @@ end
 --- Make calls {name=, count=, arguments...}. The arguments are new in each loop, as in a skill string that is run as Lua.
 function skillenv.run_calls(calls)
     for _, call in ipairs(calls) do
-        if call.count == 1 then
+        if call.count == 1 then -- the usual call, without a copy of the table of the call
             call_from_skill_string(by_name[call.name], copy_of(call[1]))
         else
             call_from_skill_string(by_name[call.name], unpack(copy_of(call), 1, call.count))

@@ -1,4 +1,4 @@
--- States that run other skills: all skills in each loop, until all are final or a skill has failed.
+-- States that run other skills: in each loop those that still run, until all are final or one has failed.
 
 local core = ...
 local log, library, status = core.include("log"), core.include("library"), core.include("status")
@@ -123,7 +123,7 @@ end
 function SkillJumpState:prepare_arguments() end
 
 function SkillJumpState:do_init()
-    local target = self:try_transitions(true)
+    local target = self:try_transitions(true) -- true: the transitions with preconditions
     if target then return target end
     self:skill_reset()
     self.skill_status = status.S_RUNNING

@@ -21,7 +21,8 @@ _FACT_ID: Final = re.compile(r'\(id "?([^")]*)')
 class PairChecks:
     """Finds differences between paired steps, given in order.
 
-    The message ids of a Skiller or interface count as equal if their offset is one of its last two offsets.
+    The message ids of a Skiller or interface count as equal if their offset is one of the two offsets that
+    appeared last as new offsets.
 
     :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
     """
@@ -29,7 +30,7 @@ class PairChecks:
     def __init__(self, tolerance_s: float | None) -> None:
         self._tolerance_us = None if tolerance_s is None else round(tolerance_s * MICROSECONDS)
         self._last_times_us: dict[Hashable, tuple[int, int]] = {}  # of both runs, by thread
-        self._offsets: dict[Hashable, tuple[int, int]] = {}  # the previous and the last offset by stream
+        self._offsets: dict[Hashable, tuple[int, int]] = {}  # the two newest by stream, in order
         # in both runs, by goal or plan-action
         self._details: tuple[dict[Hashable, NamedKey], dict[Hashable, NamedKey]] = ({}, {})
         # the differing details of both runs that were yielded last, by goal or plan-action
@@ -76,7 +77,7 @@ class PairChecks:
         if not id_a or not id_b:
             return True
         offset = id_b - id_a
-        # after a single wrong id, the next pair may keep the new offset or return to the previous offset
+        # after a single wrong id, the next pair may keep the new offset or return to the offset before
         offsets = self._offsets.setdefault(stream, (offset, offset))
         if offset in offsets:
             return False

@@ -31,7 +31,8 @@ MAX_ROWS: Final = 500
 Bar: TypeAlias = dict[str, Any]
 """A goal on the page: its name, class, begin, end, outcome and error.
 
-Begin and end are in seconds since the start of the run; in a run without times, numbers of events.
+Begin and end are in seconds since the start of the run; if one of the runs has no times, they are numbers of
+events in both runs.
 """
 
 

@@ -44,7 +44,7 @@ class ProgramTools:
         properties: list[str] | None = None,
         patience: float = 300.0,
     ) -> str:
-        """Run an agent in every way that its world allows with a number of faults.
+        """Run an agent in every way that its world allows with a limited number of faults.
 
         The answer names the violated properties, each with the shortest run that violates it.
 

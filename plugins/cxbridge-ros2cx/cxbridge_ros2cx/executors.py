@@ -41,7 +41,7 @@ class DummyExecutor(SkillExecutor):
         return Progress(1.0, "completed")
 
     def compute_progress(self, number: int, feedback_count: int) -> float:
-        """Return the progress from 0 to 1 before a feedback message, whose number counts from 0."""
+        """Return the progress, from 0 to 1, in a feedback message; ``number`` counts the messages from 0."""
         return number / feedback_count
 
 

@@ -1,4 +1,7 @@
-"""The blackboard of a client, callable from any thread; the other modules have the state of the session."""
+"""The blackboard of a client, callable from any thread.
+
+The other modules of this package have the state of the session.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param insecure: whether servers on other machines are allowed without keys.
     :raises InsecureEndpointError: if the URL needs keys.
     :raises EndpointError: if the URL is invalid, or on Windows.
-    :raises DisconnectedError: if no server replies.
+    :raises DisconnectedError: if no session begins within ``connect_timeout``, e.g. because no server
+        replies, or a key file is unusable.
     """
 
     reports_writes = False  # the server's blackboard emits the writes, on its bus
@@ -113,13 +117,13 @@ class ZmqBlackBoard(RemoteBlackBoard):
                 repeat=False,
                 on_reply=on_reply,
             )
-        except TransportError:  # the server closes the instance at the end of the lost session
+        except TransportError:  # the server closes the instance at the end of the session at the latest
             self._interfaces.finish_closing(copy, instance, copy.seq)
-        # until the call that `finish_closing` has queued has unregistered the listeners
+        # wait for the queued call of `finish_closing`, which unregisters the listeners
         self._dispatcher.drain(self._timeout_s)
 
     def _shut_down(self) -> None:
-        # the sender first, which releases the callers that wait for a session, then the session's thread
+        # the sender before the session's thread: the sender releases the callers that wait for a session
         self._interfaces.invalidate_all()
         self._sender.close()
         self._session.stop()

@@ -24,12 +24,12 @@ from cxbridge.executive.host.facts.copying import template_of
 from cxbridge.executive.host.values import FALSE, FactAddress, Value
 
 DATA_FUNCTION = "cx-assert-data"
-"""The variant of CLIPS' `assert-string` for texts of clients: constants only."""
+"""The name of the variant of CLIPS' `assert-string` for texts of clients: constants only."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 # the safety of a text rests on this pattern, which must match no call and no variable: a symbol has no
 # parentheses, quotes, connectives or brackets of instance names, and does not start with ? or $ (variables),
-# or with = or : (calls); the comparison operators and a lone = or : stand for themselves
+# or with = or : (calls); the operators with < or >, and a lone = or :, are symbols, too
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
 _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 
@@ -113,7 +113,7 @@ def _to_safe_texts(tokens: list[str], text: str) -> list[str]:
 
 def _refusal_error(text: str) -> ClipsError:
     return ClipsError(
-        f"refused: {text} contains more than constants", hint="use only numbers, symbols and strings"
+        f"refused: {text} does not consist of constants", hint="use only numbers, symbols and strings"
     )
 
 

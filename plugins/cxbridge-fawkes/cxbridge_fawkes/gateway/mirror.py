@@ -36,7 +36,7 @@ MAX_BLOCKS: Final = 256
 
 # about as many as the queue of a writer holds by default
 MAX_MESSAGES: Final = 1000
-"""The maximum number of queued messages and ends of senders; the mirror refuses further messages."""
+"""The number of queued messages and ends of senders from which the mirror refuses further messages."""
 
 # each proxy is an open instance on the source, and a robot has few agents and operators
 MAX_PROXIES: Final = 64
@@ -64,7 +64,8 @@ class SenderProxy:
     def send(self, message: Message) -> int:
         """Send a copy of a message; return the id of the copy.
 
-        The id differs from the id that the writer shows, so that the sender recognises its own outcome.
+        If the interface has exclusive control, the id differs from the id that the writer shows, so that the
+        sender recognises its own outcome.
 
         :raises BlackBoardError: if the message cannot be delivered.
         """
@@ -130,19 +131,19 @@ class InterfaceMirror(Listener):
         self._requests: deque[Message | UUID] = deque()
         self._proxies: OrderedDict[UUID, SenderProxy] = OrderedDict()
         self._orphans: Final = orphans
-        kinds = (EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
+        source_kinds = (EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
+        target_kinds = (EventKind.MESSAGE_RECEIVED, EventKind.READER_REMOVED)
         with ExitStack() as stack:
             self._reader = source.open_for_reading(
-                interface_type, interface_id, owner=OWNER, listen=listening(self, *kinds)
+                interface_type, interface_id, owner=OWNER, listen=listening(self, *source_kinds)
             )
             stack.callback(self._reader.close)
-            kinds = (EventKind.MESSAGE_RECEIVED, EventKind.READER_REMOVED)
             self._writer = target.open_for_writing(
                 interface_type,
                 interface_id,
                 owner=OWNER,
                 queue_limit=0,  # the mirror never reads this queue, so no message may wait in it
-                listen=listening(self, *kinds),
+                listen=listening(self, *target_kinds),
             )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
@@ -157,7 +158,7 @@ class InterfaceMirror(Listener):
     def close(self, reason: str) -> None:
         """Write a final block, deliver the accepted messages and close the instances on both boards.
 
-        After the end of the writer or an error of the target, messages are dropped.
+        After the end of the writer, or an error while blocks are mirrored, messages are dropped.
 
         :param reason: the error text of a running call in the final block.
         """
@@ -211,7 +212,7 @@ class InterfaceMirror(Listener):
             while self._blocks and not self.end_reason:
                 self._write_block(self._blocks.popleft())
         except BlackBoardError as error:
-            self._request_end(f"the other side does not accept its data: {error.message}")
+            self._request_end(f"its data cannot be mirrored: {error.message}")
         self._process_requests()
 
     def _process_requests(self) -> None:
@@ -226,7 +227,7 @@ class InterfaceMirror(Listener):
                 proxy.close(self._read_controller())
 
     def _write_block(self, block: bytes) -> None:
-        """Write a block to the target with its time stamp, unless readers would see no difference."""
+        """Write a block to the target with its time stamp, unless the block has nothing new for readers."""
         controller = self._translator.read_controller(block)
         self._release_orphan(controller)
         if any(proxy.may_control for proxy in self._proxies.values()):
@@ -286,7 +287,7 @@ class InterfaceMirror(Listener):
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:
-    """Refuse an interface whose blocks or messages have different layouts on the two boards.
+    """Refuse an interface whose fields, or the sizes of whose messages, differ on the two boards.
 
     :raises BlackBoardError: if the layouts differ.
     """

@@ -1,8 +1,8 @@
 """Learning agents of the ROS 2 CX as environments of Gymnasium, the interface of libraries for learning.
 
 A learning agent loads the package ``cx_rl_clips`` of carologistics/clips_executive. The import of this
-package registers the environment; ``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` creates
-an agent.
+package registers the environment; ``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` makes
+the environment of an agent.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 ;;;
 ;;;   params: timeout SECONDS   meta: start-time SEC USEC, from DISPATCHED on
 ;;;   the goal gets the outcome of the sub-goal
-;;;   after SECONDS, a sub-goal that is not FINISHED and holds no resources is FAILED
+;;;   after SECONDS, a sub-goal that has not FINISHED yet and holds no resources is FAILED
 ;;;   no sub-goal, more than one, other params -> FAILED
 ;;;
 ;;; The rules have Fawkes' names. Those that end in -resources-clear wait until the sub-goal has

@@ -48,8 +48,9 @@ _CONFIRM_TIMEOUT_S: Final = 1.0  # the time for the server to receive the last m
 class FawkesBlackBoard(RemoteBlackBoard):
     """The blackboard of Fawkes, or of another server with its protocol (docs/evidence/protocol-fawkes.md).
 
-    A separate thread calls listeners and observers. After the loss of the connection, the client reconnects
-    and opens all interfaces again.
+    A separate thread calls listeners and observers, soon after the event; only when an instance of this
+    client writes or is closed, the calling thread calls the listeners of the instance. After the loss of the
+    connection, the client reconnects and opens all interfaces again.
 
     :param url: ``fawkes://host:port``, by default port 1910.
     :param registry: returns the classes of types that are named by a string.

@@ -97,7 +97,10 @@ class _EndpointOwners:
         return self._owners.get(handle) or self.update().get(handle, "")
 
     def _read_owner(self, handle: int) -> str | None:
-        """Return the id in an endpoint's user data; None while DDS does not know the endpoint."""
+        """Return the id in an endpoint's user data, empty without an id.
+
+        None means that DDS does not know the endpoint yet.
+        """
         with QOS_LOCK:
             endpoint = self._describe_endpoint(handle)
         if endpoint is None:

@@ -66,11 +66,11 @@ def to_base_type(base_type: str, json_value: Any) -> Any:
         is_number = isinstance(json_value, int | float) and not isinstance(json_value, bool)
         return float(json_value) if is_number else math.nan  # the bridge sends NaN and infinities as null
     python_type: Any = {"bool": bool, "string": str}.get(base_type, int)
-    return json_value if isinstance(json_value, python_type) else python_type()
+    return json_value if type(json_value) is python_type else python_type()  # a bool is no int in JSON
 
 
 def _decode_bytes(json_value: Any) -> bytes:
-    """Return the bytes in Base64. A missing or invalid value becomes empty."""
+    """Return the bytes in a Base64 text. A missing value, or a text without a decoding, becomes empty."""
     try:
         return base64.b64decode(json_value if isinstance(json_value, str) else "")
     except ValueError:

@@ -133,7 +133,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         return fired_count
 
     def _read_focus_stack(self, env: StockEnvironment) -> list[str]:
-        """Return the modules of the focus stack; log and omit unknown modules."""
+        """Return the modules of the focus stack, by default MAIN; log and omit unknown modules."""
         name = f"{env.name}.focus_stack"
         if self.parameters.find(name) is None:
             return [_MAIN_MODULE]
@@ -167,7 +167,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
     ) -> Mapping[str, Any]:
         """Execute a CLIPS command in an environment, and return the response.
 
-        :param execute: executes the encoded command, and returns an error code of CLIPS.
+        :param execute: executes the encoded command, and returns the code of CLIPS for success or an error.
         :param operation: the noun for the command in the response.
         :param reasons_by_code: the reasons of failures by the names of the error codes.
         """

@@ -33,6 +33,7 @@ class Topics(EndpointGroup):
 
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, type_name)
+        # the nouns and texts are those of the ROS 2 CX, whose generated plug-ins keep the facts of publishers
         self._subscriptions: EndpointTable[Endpoint] = EndpointTable(
             self, "subscription", "No subscription of {name} found to destroy, ignoring"
         )

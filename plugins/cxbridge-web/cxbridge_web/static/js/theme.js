@@ -1,5 +1,5 @@
-// The theme: light, dark, or the theme of the system. Style sheets have only the media query
-// `prefers-color-scheme`, which the chosen theme replaces in the loaded sheets.
+// The theme: light, dark, or the theme of the system. Style sheets know only the system's theme, by the media
+// query `prefers-color-scheme`; a chosen theme replaces the query in the loaded sheets.
 import { button, el, remember, remembered } from "cx/dom.js";
 
 const KEY = "cxbridge-theme",

@@ -4,7 +4,7 @@ import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 
 /**
- * How long a goal has run, or has waited if it was not dispatched.
+ * How long a goal has run over all attempts since its first dispatch, or has waited without a dispatch.
  * @param now the shown moment, in microseconds
  * @returns {begin, us, waits}, times in microseconds; `waits` is a word for a goal that was not dispatched,
  * else ""; null if the begin is unknown
@@ -27,11 +27,11 @@ function actionsOf({ history, step }, goal) {
   return [...new Map(actions.map((action) => [action.plan + " " + action.id, action])).values()];
 }
 
-/** The children as "done/all", or the actions of a goal without children; "" without both. */
+/** The ended and all children as "3/4", else the completed and all actions; "" without both. */
 export function progressOf(model, goal, children = []) {
-  const isActionDone = (action) => outcomeAt(action, model.step) === "completed",
-    isChildDone = (child) => !isOpen(goalOutcome(child)),
-    flags = children.length ? children.map(isChildDone) : actionsOf(model, goal).map(isActionDone);
+  const isActionCompleted = (action) => outcomeAt(action, model.step) === "completed",
+    hasChildEnded = (child) => !isOpen(goalOutcome(child)),
+    flags = children.length ? children.map(hasChildEnded) : actionsOf(model, goal).map(isActionCompleted);
   return flags.length ? flags.filter(Boolean).length + "/" + flags.length : "";
 }
 

@@ -2,7 +2,7 @@
 import { countWhile } from "cx/names.js";
 
 const FIRST_ROOM = 1024, // samples that a new series has room for
-  MOST_SAMPLES = 200_000; // of a live series; the oldest quarter makes room
+  MOST_SAMPLES = 200_000; // of a live series, in 3 MB; the oldest quarter makes room
 const NO_VALUE = new Set(["", "nil", "undefined", "null"]);
 const TRUTH_VALUES = { TRUE: 1, FALSE: 0, true: 1, false: 0 };
 

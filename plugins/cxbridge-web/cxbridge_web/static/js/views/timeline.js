@@ -5,7 +5,7 @@ import { PageHost, pathOf } from "cx/timeline/host.js";
 import { Timeline } from "cx/timeline/timeline.js";
 
 export const tab = { title: "Timeline", order: 10 };
-export const moment = "own";
+export const moment = "own"; // the timeline draws the selected moment, see App.toMoment()
 export const kinds = ["planner"];
 // the topics of changes that the timeline shows
 const TOPICS = ["goals", "skills", "log", "interfaces"];
