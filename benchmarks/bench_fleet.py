@@ -126,7 +126,7 @@ def measure(fleet: Fleet) -> list[float]:
         loops_ms: list[float] = []
         with Run(options) as run:
             run.start()
-            while not run.is_over and len(loops_ms) < 5_000:  # ends a run that does not
+            while not run.is_over and len(loops_ms) < 5_000:  # else a run without an end would go on forever
                 begin_s = time.process_time()
                 start_us = run.clock.now_us()
                 run.loop.run_once()

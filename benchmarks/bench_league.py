@@ -24,8 +24,8 @@ def main() -> None:
         "--proto-dir": "PROTO_DIR",
     }
     checkouts = {option: os.environ[name] for option, name in options.items() if name in os.environ}
-    if checkouts.keys() < options.keys() - {"--proto-dir"}:
-        print("  not measured: FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR name no checkouts")
+    if not checkouts.keys() >= options.keys() - {"--proto-dir"}:
+        print("  not measured: FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR must name checkouts")
         return
     command = [sys.executable, "-m", "cxbridge", "game", "--spec", "rcll-central", "--seed", "1", "--json"]
     command += [word for item in checkouts.items() for word in item] + ["--minutes", str(MINUTES)]

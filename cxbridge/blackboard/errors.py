@@ -1,4 +1,6 @@
-"""The tree of a blackboard's errors. Errors that Fawkes has, too, have the texts of Fawkes.
+"""The tree of the errors of all blackboards; :mod:`cxbridge.blackboard.kit` has those of transports.
+
+Errors that Fawkes has, too, have the texts of Fawkes.
 
 ::
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 # Chosen freely: longer than usual skill strings and errors.
 MAX_TEXT_CHARACTERS = 2000
-"""The maximum number of characters of a text on a page."""
+"""The maximum number of characters of a text in a history, unless another limit is given."""
 
 
 def truncate(text: str, max_length: int = MAX_TEXT_CHARACTERS) -> str:

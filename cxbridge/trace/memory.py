@@ -52,7 +52,7 @@ class MemoryRun(Run):
 
 
 class _MemoryWriter(RunWriter):
-    """Appends events and sources to a :class:`MemoryRun`."""
+    """Adds events, metadata, and sources with their files to a :class:`MemoryRun`."""
 
     def __init__(self, run: MemoryRun) -> None:
         self._run = run

@@ -52,7 +52,7 @@ def record(folder: Path, scenario: str) -> Path:
 
 @contextmanager
 def daemon(folder: Path, scenario: str) -> Iterator[str]:
-    """Run a daemon, and yield the address of its page when the page can be loaded."""
+    """Run a daemon, and yield the address of its page when the page can be loaded or the daemon has ended."""
     with socket.create_server(("127.0.0.1", 0)) as listener:  # finds a free port
         port = listener.getsockname()[1]
     config = folder / "web.yaml"

@@ -1,7 +1,7 @@
 """Operations: requests that clients may send to a daemon.
 
 An operation has a name, typed parameters, a function and the right that a client needs. Clients send the name
-over RequestInterface. An operation with routes is also a request over HTTP.
+of a verb over RequestInterface. An operation with routes is also a request over HTTP.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class NotFoundError(CxbridgeError):
 
 
 class ParameterError(CxbridgeError):
-    """A parameter is missing, or its value has another type.
+    """A parameter is missing or empty, or its value has another type.
 
     :param name: the parameter; empty if it is unknown.
     """
@@ -132,12 +132,12 @@ class Route(Generic[_Parameters]):
 class Operation(Generic[_Parameters]):
     """An operation that clients can request.
 
-    :param name: the verb of RequestInterface.
+    :param name: the name, which clients send over RequestInterface if the operation is a verb.
     :param right: the right that clients need.
     :param parameters: the class of the parameters.
     :param carry_out: the function of the operation.
     :param routes: the requests over HTTP.
-    :param is_verb: whether RequestInterface offers the operation.
+    :param is_verb: whether RequestInterface offers the operation, as a verb.
     """
 
     name: str

@@ -33,7 +33,7 @@ _ACTION_PARTS: Final = {
     ":temporal-breakup": "temporal breakup",
 }
 _REQUIRED_PARTS: Final = ("parameters", "condition", "effect")
-# Keywords that Fawkes takes for the start of a longer word.
+# Keywords that Fawkes finds at the start of a longer word, too.
 _QUANTIFIERS: Final = ("exists", "forall")
 _EFFECT_KEYWORDS: Final = ("when", "increase", "decrease")
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})

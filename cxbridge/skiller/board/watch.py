@@ -36,7 +36,8 @@ class ExecutorInfo(NamedTuple):
 class ExecutorChange(NamedTuple):
     """A change of an executor.
 
-    :param is_gone: whether the executor has ended; otherwise the executor has written its state.
+    :param is_gone: whether the executor has ended, or the connection was lost; otherwise the executor has
+        written its state.
     """
 
     executor: str

@@ -100,7 +100,7 @@ function FSM:graph() return core.include("graph").fsm(self) end
 local function call_protected(state, step)
     state.tested_at = nil
     return xpcall(function() return state[step](state) end, function(problem)
-        -- A condition in a text has the line of its transition.
+        -- The error of a condition that is written as a text gets the place of the condition's transition.
         if state.tested_at and type(problem) == "string" and string.find(problem, "condition '", 1, true) == 1 then
             problem = state.tested_at .. problem
         end
@@ -110,7 +110,7 @@ end
 
 local function note_transition(fsm, target)
     if fsm.tracing then
-        -- A full trace replaces its newest entry, because the first transitions explain the later transitions.
+        -- As in Fawkes, a full trace replaces its newest entry.
         if #fsm.trace > fsm.max_num_traces then table.remove(fsm.trace) end
         table.insert(fsm.trace, {from = fsm.current, transition = fsm.current:last_transition(), to = target})
     end

@@ -54,7 +54,7 @@ def guard(function: Callable[..., Any], *, takes_tables: bool = False) -> Callab
     @functools.wraps(function)
     def call(*args: Any) -> tuple[Any, ...]:
         try:
-            # exact types: a subclass may run a skill's code
+            # a Lua object is refused, because its methods may run a skill's code
             if not takes_tables and not _PLAIN_TYPES.issuperset(map(type, args)):
                 return False, "bad argument (a string or a number expected)"
             result = function(*args)
@@ -68,7 +68,7 @@ def guard(function: Callable[..., Any], *, takes_tables: bool = False) -> Callab
 
 
 def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a function to return nil for invalid arguments."""
+    """Wrap a function to return nil instead of an error."""
     guarded_function = guard(function)
 
     def call(*args: Any) -> Any:
@@ -80,8 +80,8 @@ def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
 
 _TRACEBACK_MARK = "\nstack traceback:"
 
-MAX_LINE_LENGTH = 8192
-"""The maximum number of characters of a log line; the rest is cut. Chosen freely."""
+MAX_LOG_BYTES = 8192
+"""The maximum number of bytes of a text that Lua logs; the rest is cut. Chosen freely."""
 
 
 def log_text(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
@@ -130,7 +130,7 @@ class HostFunctions:
         }
 
     def _log(self, level: str, text: str) -> None:
-        log_text(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LINE_LENGTH]), self._modules)
+        log_text(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LOG_BYTES]), self._modules)
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)

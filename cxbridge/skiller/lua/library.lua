@@ -92,7 +92,7 @@ function mathext.cart2polar2d(x, y) return math.atan2(y, x), mathext.vec_length(
 
 function mathext.polar2cart2d(phi, distance) return distance * math.cos(phi), distance * math.sin(phi) end
 
---- Normalize an angle in radians to [-pi, pi].
+--- Normalise an angle in radians to [-pi, pi].
 function mathext.normalize_mirror_rad(angle) return angle - 2 * math.pi * mathext.round(angle / (2 * math.pi)) end
 
 function mathext.angle_distance(a, b) return math.abs(mathext.normalize_mirror_rad(a - b)) end

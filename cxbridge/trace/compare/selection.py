@@ -58,7 +58,7 @@ class EventPattern:
         return self.kind == "goal" and not self.field and self.field_globs.keys() <= _WHOLE_GOAL
 
     def matches(self, kind: str, values: Mapping[str, str]) -> bool:
-        """Return whether the pattern selects an event of this kind."""
+        """Return whether the pattern selects an event of a kind with these values, which are by field."""
         return kind == self.kind and all(
             glob.match(values.get(name, "")) is not None for name, glob in self.field_globs.items()
         )
@@ -67,7 +67,7 @@ class EventPattern:
 def parse_pattern(text: str) -> EventPattern:
     """Parse ``KIND[.FIELD][:GLOB]`` or ``KIND[.FIELD]:NAME=GLOB[,NAME=GLOB...]``.
 
-    :raises TraceError: if the form is different, or a name is unknown.
+    :raises TraceError: if the kind or a field is unknown, or the field cannot be left out.
     """
     head, _, condition = text.partition(":")
     kind, _, field = head.partition(".")
@@ -142,7 +142,7 @@ class Selection:
 def events_with_content(
     run: Iterable[Event], view: View, selection: Selection | None = None
 ) -> Iterator[tuple[Event, Event | None]]:
-    """Yield all events of a run with their compared content, which is None for other events."""
+    """Yield all events of a run, each with its compared content; None if the event is not compared."""
     types = frozenset(view.event_types)
     select_content = selection.content_selector() if selection else None
     for event in run:

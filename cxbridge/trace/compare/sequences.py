@@ -41,7 +41,7 @@ class Edit:
     """Steps without partners.
 
     :param indices: the indices in both sequences; -1: the sequence has no such step.
-    :param count: the number of consecutive steps.
+    :param count: the number of steps; they are consecutive unless the edit is a whole goal.
     :param is_whole_goal: whether the edit contains all steps of a goal that only one run has.
     """
 
@@ -52,7 +52,7 @@ class Edit:
     is_whole_goal: bool = False
 
     def continues(self, other: Edit) -> bool:
-        """Return whether the step follows the steps of another edit."""
+        """Return whether this edit, of one step, follows another edit and can be joined with it."""
         next_indices = tuple(index if index == MISSING else index + other.count for index in other.indices)
         return (
             self.kind is other.kind is not DifferenceKind.CHANGED

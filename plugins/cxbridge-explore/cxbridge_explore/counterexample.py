@@ -32,7 +32,8 @@ class Counterexample:
 
     :param message: the violation, in a sentence.
     :param choices: the unusual choices of the run.
-    :param test: the file of a test that fails like the run; None if a test cannot script the choices.
+    :param test: the file of a test that fails like the run; None if a test cannot script the choices,
+        or run the program.
     :param description: the choices and the violation, in a sentence.
     """
 

@@ -59,7 +59,8 @@ class _EventRecorder:
 class UsualRun:
     """A usual run in a child process, which starts at once.
 
-    :param is_detailed: whether to record all events, not only choice points and the end.
+    :param is_detailed: whether to record fired rules, transitions and log lines, too, not only choice points
+        and the end.
     """
 
     def __init__(self, make_run: MakeRun, *, is_detailed: bool = False) -> None:

@@ -24,7 +24,7 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
     The setting applies to processes that start before the context is left.
     """
     user_setting = os.environ.get(_SAFE_PATH_VARIABLE)
-    # by the environment, because multiprocessing passes no option -P
+    # by the environment, because multiprocessing passes the option -P only if this process has it
     os.environ[_SAFE_PATH_VARIABLE] = "1"
     try:
         yield multiprocessing.get_context("spawn")

@@ -8,8 +8,8 @@ from typing import Final
 from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
 from cxbridge.run.agent import Run
 
-# The kind of a part, its name, and the mode or outcome of a goal. The kinds are the names of the counts in
-# `cxbridge_studio.explain.coverage.model.RecordedUse`.
+# The kind of a part, its name, and the mode or outcome of a goal (empty for other kinds). The kinds are the
+# names of the counts in `cxbridge_studio.explain.coverage.model.RecordedUse`.
 UsedPart = tuple[str, str, str]
 
 _EVENT_TYPES: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)

@@ -1,5 +1,7 @@
 ; Synchronises the world model (wm-fact) and the domain model (domain-fact,
-; domain-object) in both directions.
+; domain-object) in both directions. The rules that synchronise, with the templates
+; wm-sync-pair and wm-sync-atom, are in wm-domain-sync-facts.clp and
+; wm-domain-sync-objects.clp.
 ;
 ; A domain-fact of a declared predicate corresponds to a wm-fact with the key
 ; `domain fact NAME args? PARAM VALUE ...`, or with another path from a

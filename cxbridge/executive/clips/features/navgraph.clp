@@ -30,12 +30,12 @@
   "The name of the node closest to a position, except a node at the position; FALSE if there is none."
   (?pos)
   (bind ?name FALSE)
-  (bind ?least 0.0)
+  (bind ?least-distance 0.0)
   (do-for-all-facts ((?node navgraph-node)) (neq ?node:pos ?pos)
     (bind ?distance (navgraph-pos-distance ?pos ?node:pos))
-    (if (or (not ?name) (< ?distance ?least)) then
+    (if (or (not ?name) (< ?distance ?least-distance)) then
       (bind ?name ?node:name)
-      (bind ?least ?distance)))
+      (bind ?least-distance ?distance)))
   ?name)
 
 (deffunction navgraph-closest-by-name

@@ -65,7 +65,7 @@ class ConditionPattern:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """The variables that a match binds, in order."""
+        """The variables of single fields that a match binds, in order."""
         return tuple(dict.fromkeys(filter(_VARIABLE.fullmatch, _find_bound_words(self.elements))))
 
 

@@ -129,7 +129,7 @@ def _parse_absence(skiller: Section) -> Absence:
     return Absence(
         skiller.text("name"),
         skiller.probability("probability"),
-        # once a second by default, while `killed` decides in each loop
+        # once a second if `times` has no `every`, while `killed` decides in each loop
         skiller.times("times", period_s=1.0) if "times" in skiller else None,
         skiller.optional_seconds("back"),
         skiller.mark,

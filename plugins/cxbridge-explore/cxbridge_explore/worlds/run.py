@@ -1,7 +1,7 @@
 """A run in a chosen world: a chooser decides how skills end, and which further events happen.
 
-Events are applied between two loops of the run. Only the results of skills and the fate of messages are
-decided within a loop, when a rule calls a skill or sends a message.
+Events are applied between two loops of the run. Only the results of skills, the fate of messages and the
+faults of planners are decided within a loop, when an agent calls a skill, sends a message or requests a plan.
 """
 
 from __future__ import annotations
@@ -215,7 +215,7 @@ class WorldRun(Closing):
             self._checks.check_loaded_files()
 
     def play(self) -> WorldResult:
-        """Play the run until its end, or until the run cannot continue.
+        """Play the run until its end or its timeout, or until the run cannot continue.
 
         :raises CxbridgeError: if an agent is broken.
         """

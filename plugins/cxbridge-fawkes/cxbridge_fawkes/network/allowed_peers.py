@@ -16,7 +16,7 @@ _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 class AllowedPeers:
-    """The peers that may connect: those of this machine, and the allowed peers.
+    """The peers that may connect: those at loopback addresses, and the allowed peers.
 
     :param allowed: addresses (``192.168.0.7``) or networks (``192.168.0.0/24``).
     :raises BlackBoardError: if a text is neither an address nor a network.

@@ -1,7 +1,7 @@
-"""The commands of plansys2_terminal, for the experts of cxbridge and of PlanSys2.
+"""The commands of plansys2_terminal about the domain, the problem and plans, for any experts.
 
-:class:`Terminal` parses a line, requests services of the experts, and yields the output. The names of the
-commands and the forms of their output are those of plansys2_terminal.
+:class:`Terminal` parses a line, requests services of cxbridge's or PlanSys2's experts, and yields the
+output.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ class Terminal:
         self.is_over = True
 
 
-# Help with at least one line for each command.
+# Each command is in one of the lines.
 HELP_LINES: Final = (
     "get domain                                    the domain, as PDDL",
     "get model types|predicates|functions|actions  the names in the domain",

@@ -56,7 +56,7 @@ class PluginManager(NetworkHandler):
                 names = [name for name, _, is_loaded in plugins if is_loaded]
                 _send_list(session, PluginKind.LOADED_LIST, names)
             case PluginKind.LOAD | PluginKind.UNLOAD as kind:
-                # the client waits for a reply with the name of its request
+                # the client waits for a reply with the plugin's name, as in its request
                 session.send(frame._replace(kind=_REFUSAL_KINDS[PluginKind(kind)]).to_bytes())
                 raise BlackBoardError(
                     "Fawkes' tools may not load or unload plugins", hint="use 'cxbridge daemon component'"

@@ -49,8 +49,8 @@ const hasOpenWork = (item, history, depth = 0) =>
 
 /**
  * Choose the most likely cause among the items with an outcome. If the outcome is open, that is the first
- * item with open actions, since a goal without a plan may wait for the end of another goal; else the item
- * that ended last. Undefined without such an item.
+ * item with open work, since a goal without a plan may wait for the end of another goal, or else the first
+ * item. If the outcome is not open, that is the item that ended last. Undefined without such an item.
  */
 function chooseCause(items, outcome, history) {
   const candidates = items.filter((item) => outcomeAt(item) === outcome);
@@ -99,10 +99,10 @@ export const isBlocked = (goal, history) =>
   outcomeAt(goal) === "running" && causes(goal, history).at(-1).outcome === "formulated";
 
 /**
- * How often a failed skill failed, and where: "; it failed 3 of 3 times (robot1, robot2, robot1)"; "" for
- * once.
+ * How often the ended calls with the text of a call failed, and where:
+ * "; it failed 3 of 3 times (robot1, robot2, robot1)"; "" for at most one failure.
  */
-function repeated(call, { calls }) {
+function repeatedFailures(call, { calls }) {
   const sameCalls = calls.filter(({ text, end }) => end && text === call.text),
     failedCalls = sameCalls.filter((each) => outcomeAt(each) === "failed");
   if (failedCalls.length < 2) return "";
@@ -124,7 +124,7 @@ function sentence(item, outcome, history) {
   if (isOn) return probably + item.skiller + " executes " + item.text;
   const verb = outcome === "failed" ? " could not do " : " ended ";
   const error = item.error ? ": " + item.error : "";
-  return probably + item.skiller + verb + item.text + error + repeated(item, history);
+  return probably + item.skiller + verb + item.text + error + repeatedFailures(item, history);
 }
 
 /**
@@ -144,7 +144,7 @@ export function failureOf(history) {
   return failed ? causes(failed, history).at(-1).item : null;
 }
 
-/** The failed goals below a goal that did not fail: the run has recovered from these failures. */
+/** The failed goals whose parent has not failed: the run goes on, or went on, in spite of these failures. */
 export function overcomeFailures(history) {
   const hasFailed = (goal) => goal && outcomeAt(goal) === "failed";
   return [...history.goals.values()].filter(

@@ -7,12 +7,13 @@ import { Store } from "cx/stores.js";
 const MOST_CHANGES = 20_000, // the oldest fifth makes room
   CORE_TEMPLATES = new Set(["domain-fact", "wm-fact"]), // templates of the core with facts about the world
   NAME_SLOTS = new Set(["id", "name", "key"]), // slots that name the subject of a fact
-  COPY = /^\(wm-fact \(id "?\/domain\//, // a copy of a domain-fact, which is shown itself
+  COPY = /^\(wm-fact \(id "?\/domain\//, // copies of domain-facts (shown themselves) and domain-objects
   INTERFACE = /Interface$/; // templates of facts that the feature blackboard makes of interfaces
 
 /**
  * A fact in words, e.g. "at robot1 lab".
- * @param old another fact of the template; equal slots are left out
+ * @param old another fact of the template: of a fact of the agent's own templates, the slots that are equal in
+ *   both are left out, except names
  */
 function sentence(text, old = "") {
   const { template, slots } = (text && parseFact(text)) || {},
@@ -87,7 +88,7 @@ class ChangeStore extends Store {
       templates.own = own;
       onTemplatesKnown();
     };
-    templateOwners(app, env).then(storeOwn, () => {}); // without an answer, only the domain is shown
+    templateOwners(app, env).then(storeOwn, () => {}); // without an answer, only CORE_TEMPLATES are shown
     return templates.own;
   }
 }
