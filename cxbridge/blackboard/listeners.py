@@ -1,10 +1,10 @@
 """Listeners of interfaces and observers of a blackboard, and the tables that notify them.
 
-A listener handles the events of one interface, an observer the creation and destruction of interfaces. A
-local blackboard calls both in the thread of the event, a remote blackboard mostly in its dispatcher's thread.
-The blackboard holds no lock during the call, so that listeners and observers may use the blackboard. A table
-replaces a tuple of registrations at each change, so that a notification in progress iterates over the old
-tuple.
+A listener handles the events of the interfaces for which it is registered, an observer the creation and
+destruction of interfaces. A local blackboard calls both in the thread of the event, a remote blackboard
+mostly in its dispatcher's thread. The blackboard holds no lock during the call, so that listeners and
+observers may use the blackboard. A table replaces a tuple of registrations at each change, so that a
+notification in progress iterates over the old tuple.
 """
 
 from __future__ import annotations

@@ -96,7 +96,8 @@ class BoardPort:
     def deliver(self, writer: Interface, message: Message) -> bool:
         """Append a message to the writer's queue unless a listener handles it; return whether it is queued.
 
-        :raises BlackBoardError: if the queue is full, or a listener has closed the writer.
+        :raises BlackBoardError: if the queue is full, or a listener has closed the writer or has queued the
+            message itself.
         """
         if not self.listeners.ask_listeners(message):
             return False
@@ -104,11 +105,11 @@ class BoardPort:
         return True
 
     def next_id(self, last_id: int) -> int:
-        """Return the id that follows ``last_id``, skipping the id that the interface shows at present."""
+        """Return the id after ``last_id``, without 0 and the id that the interface shows at present."""
         return next_id(last_id, read_id(self.snapshot.block, self._id_offset))
 
     def next_id_is_stale(self, last_id: int) -> bool:  # noqa: ARG002 - only a Fawkes server's ids depend on it
-        """Return False, because `next_id` skips the id that the interface shows."""
+        """Return False, because `next_id` skips 0 and the id that the interface shows."""
         return False
 
 

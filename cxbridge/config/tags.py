@@ -74,6 +74,7 @@ def unknown_tag_error(tag: str, mark: Mark) -> ConfigError:
     tags = [f"!{name}" for name in (*_CHECKS, *INCLUDE_TAGS)]
     # without the tags of includes, which no value can have
     hint = f"quote a value that starts with '!'; the known tags are {', '.join(tags[: len(_CHECKS)])}"
+    # a tag with a colon is spelled out: the file has !<tag:...>, or a short form such as !!set
     return mark.error(
         f"unknown tag !{tag}" if ":" not in tag else f"unknown tag {tag}",
         did_you_mean(f"!{tag}", tags, hint),

@@ -106,7 +106,7 @@ class Interface(SharedBlock, Closing):
 
     @property
     def next_id_is_stale(self) -> bool:
-        """Whether the next message gets the id 0, or that of an earlier message.
+        """Whether the next message gets the id 0, or the id that the interface shows.
 
         True only if the server assigns the ids, see
         :func:`~cxbridge.blackboard.exclusive_control.skip_stale_ids`.

@@ -71,7 +71,7 @@ class Port(Protocol[InstanceT_contra]):
         """
 
     def next_id_is_stale(self, last_id: int) -> bool:
-        """Return whether the next message gets the id 0, or that of an earlier message.
+        """Return whether the next message gets the id 0, or the id that the interface shows.
 
         :param last_id: the id of the instance's last message, 0 before the first message.
         """
@@ -133,7 +133,7 @@ class ClosedPort:
 
 
 UNKNOWN_THREAD: Final = "Unknown"
-"""The sender's thread name of a message from a network."""
+"""The sender's thread name of a message from a network whose protocol has no thread names."""
 
 MAX_HOPS: Final = 0xFFFFFFFF
 """The maximum hop count of the network protocols."""
@@ -168,13 +168,13 @@ class Message(Block):
         super().__init__()
         # `address`, `mark_foreign` and `mark_enqueued` set these attributes, for senders and transports
         self.id = 0
-        """The 16-bit number that the sending instance assigned, from 1; 0 before sending."""
+        """The 16-bit number among the messages of the sending instance; 0 before sending."""
         self.sender_id: UUID | None = None
         """The serial of the last sender; None before sending."""
         self.source_id: UUID | None = None
         """The serial of the first sender, kept by proxies; None before sending."""
         self.sender_thread_name = threading.current_thread().name
-        """The name of the thread that made the message; `UNKNOWN_THREAD` after a network."""
+        """The name of the thread that made the message; `UNKNOWN_THREAD` if the network did not carry it."""
         self.recipient = 0
         """The memory serial of the receiving interface; 0 before sending."""
         self.enqueued = False

@@ -25,7 +25,8 @@ _COPY_REPLACED: Final = -2
 class SharedBlock(Block):
     """A private copy of a shared block, opened for reading or for writing.
 
-    After closing, `has_writer`, `num_readers`, `writer` and `readers` raise :exc:`InvalidInstanceError`.
+    After closing, `has_writer`, `num_readers`, `writer`, `readers` and `reader_owner` raise
+    :exc:`InvalidInstanceError`.
 
     :param serial: unique to this instance.
     """
@@ -144,7 +145,8 @@ class SharedBlock(Block):
         Values that were set but not written are lost. The call is cheap if nothing was written since the last
         call.
 
-        :returns: the value of :attr:`refreshed`.
+        :returns: whether the block has got a new time stamp since the last :meth:`read` or :meth:`write`; on
+            a reader the value of :attr:`refreshed`.
         :raises InvalidInstanceError: if the instance is closed.
         """
         port = self._port

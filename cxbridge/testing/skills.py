@@ -63,7 +63,7 @@ class _Behaviour:
     """The outcome of a number of calls.
 
     :param answer: determines the outcome of each call.
-    :param times: the number of calls; None for all further calls.
+    :param times: the number of remaining calls; None for all further calls.
     :param then: the effect of each call on the world, if any.
     """
 
@@ -158,7 +158,7 @@ class SkillRule:
         """
         if self.calls or self._is_optional:
             return ""
-        if self.name not in skills:
+        if not any(fnmatchcase(skill, self.name) for skill in skills):
             skills_text = f": the skills are {', '.join(sorted(skills))}" if skills else ""
             hint = bracketed_suggestion(self.name, skills) or skills_text
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a
@@ -232,7 +232,7 @@ class SkillScript:
         return rule
 
     def list_complaints(self, mapped_skills: Collection[str] = ()) -> list[str]:
-        """Return the complaints about unused entries at the end of the run."""
+        """Return the complaints about rules that no call matched, at the end of the run."""
         skills = {*mapped_skills, *(call.name for call in self.calls)}
         return [complaint for rule in self._rules if (complaint := rule.make_complaint(skills, self.calls))]
 

@@ -45,7 +45,8 @@
   (assert (dirty ?number ?room)))
 
 (defrule room-not-dirty
-  "The salience is above that of room-formulate, which must not choose a retracted candidate."
+  "Retract a candidate that is mopped or locked by now. The salience is above that of room-formulate, which
+   must not choose this room."
   (declare (salience ?*SALIENCE-HIGH*))
   ?dirty <- (dirty ? ?room)
   (room (name ?room) (mutex ?mutex))

@@ -1,5 +1,5 @@
-;;; The choice of robots and machines for a step. A machine is reserved for an order until a robot takes the
-;;; piece of the order out of it. A robot works for one step at a time.
+;;; The choice of robots and machines for a step. A machine is reserved for an order until the piece of the
+;;; order has left it. A robot works for one step at a time.
 
 (deftemplate workshop-chosen "A step for which the machine and the robot are chosen."
   (slot goal (type SYMBOL))

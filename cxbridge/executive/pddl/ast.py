@@ -189,7 +189,7 @@ class FormulaNode(PlacedNode, frozen=True):
 
     @property
     def head(self) -> str:
-        """The first word of the formula's text."""
+        """The first word of the formula's text; the first two words of a formula with a time."""
         words = self.KIND.words
         # without a single word of its class, a formula has its word in the first field
         return words[0] if len(words) == 1 else str(getattr(self, self.__struct_fields__[0]))
@@ -251,7 +251,7 @@ class FormulaNode(PlacedNode, frozen=True):
         return (BlamedPart(part, binding, required) for part in self.reduced.children)
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
-        """Return the formula with ``change`` applied to each sub-formula, children first."""
+        """Return the formula with ``change`` applied to the formula and its descendants, children first."""
         return change(_with_values(self, self.KIND.parts, lambda part: part.map(change)))
 
     def map_terms(self, change: Callable[[Term], Term]) -> Formula:

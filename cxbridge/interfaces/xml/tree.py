@@ -27,7 +27,7 @@ MAX_ELEMENTS: Final = 10_000
 """The maximum number of elements; the definitions of Fawkes have fewer than 200."""
 
 _ENTITY_HINT = "write the text itself; only &amp; &lt; &gt; &quot; &apos; work"
-# A reference to an entity, except XML's five entities and numbers of characters.
+# A reference to an entity, except XML's five entities; a reference to a character begins with &#.
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos);)[A-Za-z_:][\w:.-]*;")
 
 

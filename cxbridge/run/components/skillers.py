@@ -69,6 +69,8 @@ class Speech(Component):
 
     @property
     def is_quiet(self) -> bool:
+        # a rule that waits for the end of a text reads the interface: a writer other than the rules keeps the
+        # run from being stuck
         return True
 
     def close(self) -> None:

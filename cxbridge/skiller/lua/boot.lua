@@ -1,8 +1,8 @@
 -- Builds the engine. The Python host calls this file once with its own functions, the texts of the other files and the
 -- limits; the file returns the functions that the host calls.
 --
--- The table of Lua's globals is emptied: skill files and skill strings see only the globals of modules.lua and
--- sandbox.lua, as in Fawkes.
+-- The table of Lua's globals is emptied: skill files see only the globals of modules.lua, skill strings only
+-- those of sandbox.lua.
 
 local host, sources, limits = ...
 

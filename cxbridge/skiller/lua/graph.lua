@@ -26,7 +26,8 @@ end
 local quote = cached(function(text)
     text = tostring(text)
     local quoted = string.format("%q", text)
-    -- \n in labels belongs to dot, so a backslash is doubled only before a quote.
+    -- \n in labels belongs to dot, so backslashes are doubled only in a text with one before a quote, which may be
+    -- the closing quote
     if text:find('\\"', 1, true) or text:sub(-1) == "\\" then return quoted end
     return (quoted:gsub("\\\\", "\\"))
 end)

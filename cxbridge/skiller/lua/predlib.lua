@@ -1,4 +1,5 @@
--- Predicate libraries: modules whose functions are predicates, evaluated at most once in a loop and read like fields.
+-- Predicate libraries: modules whose functions are predicates, read like fields. A predicate keeps its value for
+-- the rest of the loop, unless the value is nil.
 
 local core = ...
 local interfaces = core.include("interfaces")

@@ -42,7 +42,8 @@ class ReplayPlayer:
         """Open all interfaces to write, or none.
 
         :raises TraceError: if the definition of a type differs from the recorded fields.
-        :raises BlackBoardError: if an interface has a writer, or its type is unknown.
+        :raises BlackBoardError: if an interface cannot be opened, e.g. because it has a writer.
+        :raises InterfaceError: if a type is unknown, or its definition is invalid.
         """
         try:
             for uid, first_write in survey.first_writes.items():
@@ -55,7 +56,7 @@ class ReplayPlayer:
         interface_type, interface_id = parse_uid(uid)
         try:
             maker = BlockMaker(self._board.registry.get(interface_type))
-            # a trial of the first write finds a changed definition before any interface is opened
+            # a trial of the first write finds a changed definition before the interface is opened
             maker.make_block(first_write.values, first_write.time_us, uid)
             maker.check_fields(first_write.values, uid)
             writer = self._board.open_for_writing(interface_type, interface_id, owner=OWNER)

@@ -108,8 +108,8 @@ class Definitions:
 
     def find_names(self) -> list[str]:
         """Return the sorted names of all messages, services and actions that can be loaded."""
-        loaded_names = (str(parse_type(name).definition) for name in self.store.fielddefs)
-        return sorted({*loaded_names, *self._definition_files, *self._definition_texts})
+        store_names = (str(parse_type(name).definition) for name in self.store.fielddefs)
+        return sorted({*store_names, *self._definition_files, *self._definition_texts})
 
     def find_fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
         """Return the fields of a message in order.

@@ -1,5 +1,5 @@
 (defrule courier-load-domain
-  "Load the domain once, and request control of the skiller."
+  "Load the domain once, and request control of the Skiller."
   (executive-init)
   (not (domain-loaded))
   =>

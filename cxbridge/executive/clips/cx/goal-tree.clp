@@ -56,7 +56,8 @@
                     0 (create$ ?fact-address)))
 
 (deffunction goal-tree-assert-timeout (?class ?timeout ?fact-address)
-  "Assert and return a goal that pursues its child for at most ?timeout seconds."
+  "Assert and return a goal that pursues its child. After ?timeout seconds, the child fails unless it has
+   finished or holds resources."
   (goal-tree-assert TIMEOUT ?class TIMEOUT-SUBGOAL (create$ timeout ?timeout)
                     0 (create$ ?fact-address)))
 

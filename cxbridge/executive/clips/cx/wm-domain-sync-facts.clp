@@ -260,7 +260,7 @@
 ; *** Facts: clean-up ***
 
 (defrule wm-sync-fact-cleanup
-  "Both facts were retracted."
+  "Both facts were retracted: forget the pair."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id))

@@ -33,7 +33,7 @@
   (if (neq ?holds ?before) then (grounded-pddl-tree-set ?grounded ?place ?holds)))
 
 (defrule domain-numbers-apply
-  "FIRST, as for the other effects: no rule fires between the effects of an action."
+  "The salience is FIRST, as for the other effects: no rule fires between the effects of an action."
   (declare (salience ?*SALIENCE-FIRST*))
   ?due <- (domain-numbers-due (operator ?operator) (duration ?duration)
                               (names $?names) (values $?values))

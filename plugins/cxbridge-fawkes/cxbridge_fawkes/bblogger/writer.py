@@ -1,7 +1,7 @@
 """Writer of bblogger files, one per interface, as in Fawkes; docs/formats.md describes the files.
 
-The writer gets the writes from the event bus. It opens no interface, so that readers of an interface do not
-count the writer.
+The writer gets the writes from the event bus. It opens no interface, so that it is not among an interface's
+readers.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class BBLoggerWriter(RunWriter):
 class _InterfaceFile:
     """The file of one interface.
 
-    The file is unbuffered: a killed process leaves no partial entry.
+    The file is unbuffered, so that a killed process loses no appended entry.
 
     :param header: the first bytes.
     :raises TraceError: if the file cannot be created.

@@ -93,6 +93,7 @@ class FrameReceiver:
 
     def deliver(self, port: RemotePort, events: DataEvents, block: bytes) -> None:
         """Emit a new block on the bus, and queue the data events of listeners."""
+        # DATA_CHANGED alone belongs to the block of the frame before
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._emitter.emit_write(port, block)
         # a dropped event is harmless: listeners read the newest data at the waiting events

@@ -8,7 +8,7 @@ const MOST = 60, // shown entries
   MOST_OF_GROUP = 12,
   SCOPE = "Goals, facts, rules, skills, interfaces, log lines, views";
 
-/** Make the dialog. Returns the button that opens it. @param views pairs of name and title */
+/** Make the dialog, and return the button that opens it. @param views pairs of name and title */
 export function palette(app, views) {
   const input = textInput({
     type: "search",

@@ -104,7 +104,8 @@ export class VirtualList {
 
   /** Make the element of a row. */
   row(item, at, isChosen) {
-    const isTree = this.open !== null,
+    const { rowHeight } = this,
+      isTree = this.open !== null,
       icon = item.open === null ? "" : item.open ? "▾" : "▸";
     const node = el.div({
       class: ["row", isChosen && "selected"].filter(Boolean).join(" "),
@@ -115,7 +116,7 @@ export class VirtualList {
       "aria-selected": String(isChosen),
       "aria-level": isTree ? item.depth + 1 : null,
       "aria-expanded": isTree && item.open !== null ? String(item.open) : null,
-      style: `top: ${at * this.knownHeight}px; height: ${this.knownHeight}px`,
+      style: `top: ${at * rowHeight}px; height: ${rowHeight}px`,
     });
     // deeper rows have the indent of level 12
     const style = `margin-left: calc(${Math.min(item.depth, 12)} * var(--indent))`;

@@ -25,12 +25,12 @@ function constructsOf(text) {
   return constructs;
 }
 
-const parsed = new WeakMap(); // recording -> environment -> constructs
+const constructCache = new WeakMap(); // recording -> environment -> constructs
 
 /** The constructs in the attached files of a recording: {construct, name, line, text, file, core}. */
 function recordedConstructs(recording, env) {
-  if (!parsed.has(recording)) parsed.set(recording, new Map());
-  const constructsByEnv = parsed.get(recording);
+  if (!constructCache.has(recording)) constructCache.set(recording, new Map());
+  const constructsByEnv = constructCache.get(recording);
   if (!constructsByEnv.has(env))
     constructsByEnv.set(
       env,
@@ -71,6 +71,6 @@ export async function templateOwners(app, env) {
   return { core: names(true), own: names(false) };
 }
 
-/** All rules of a recording's files: {name, file, line, core}. */
+/** All rules of a recording's files: {name, file, line, core, text}. */
 export const recordedRules = (recording, env) =>
   recordedConstructs(recording, env).filter((each) => each.construct === "defrule");

@@ -4,7 +4,7 @@ import { runAddress } from "cx/not_found.js";
 
 const PLAY_MS = 60, // the period of steps while a recording plays
   SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 50],
-  INITIAL_PLAY_S = 20; // about how long a recording plays at its initial speed
+  INITIAL_PLAY_S = 20; // a recording plays for at least so long at its initial speed, if SPEEDS allow it
 const SHOWS_NOW =
   "This view shows the present: the page keeps only goals, skills, messages and the log of the past.";
 
@@ -69,7 +69,7 @@ export function scrubber(app) {
       else if (speeds.value !== "step")
         recording.goToTime(recording.time + passedMs * 1000 * Number(speeds.value));
       else if (passedMs > 2 * PLAY_MS)
-        recording.step(1); // step by step: about every third period
+        recording.step(1); // step by step: every second or third period
       else return;
       steppedAt = performance.now();
     }, PLAY_MS);
@@ -81,7 +81,7 @@ export function scrubber(app) {
       app.recording?.goToStep(Number(slider.value));
     });
   });
-  /** Show another recording, with an initial speed at which it plays for about INITIAL_PLAY_S. */
+  /** Show another recording, at the highest speed that takes INITIAL_PLAY_S, or else the lowest. */
   function showRecording(recording) {
     const speed = Math.max((recording.end - recording.begin) / 1e6 / INITIAL_PLAY_S, SPEEDS[0]);
     shownRecording = recording;

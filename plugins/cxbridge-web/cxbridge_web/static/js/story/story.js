@@ -18,7 +18,7 @@ const RANK = { failed: 0, running: 1, formulated: 2, rejected: 3, completed: 4, 
 export class Story {
   constructor(host) {
     this.host = host;
-    this.answers = []; // the server's answers to why, {env, wrong, unknown} of each agent
+    this.answers = []; // the server's answers to why, {env, headline, wrong, unknown} of each agent
     this.question = ""; // identifies the last question to the server
     this.askedAt = -Infinity;
     this.showsAllReasons = false; // the user has opened their list
@@ -163,9 +163,9 @@ export class Story {
     const { app, history } = this.host,
       answers = this.answers.filter(({ wrong }) => wrong.length),
       envs = goals.map(({ env }) => env),
-      isMany = new Set(envs).size > 1;
+      hasManyAgents = new Set(envs).size > 1;
     const chains = goals.slice(0, MOST_ENTRIES).map((goal, at) => {
-      const list = chain(this.host, goal, history, isMany),
+      const list = chain(this.host, goal, history, hasManyAgents),
         // the server's answer is about an agent: it stands at the agent's first goal
         answer = envs.indexOf(goal.env) === at && answers.find(({ env }) => env === goal.env),
         isKnown = causes(goal, history).at(-1).item.kind === "skill";
@@ -173,7 +173,7 @@ export class Story {
       return list;
     });
     const reasons = ({ env, wrong, unknown }) => [
-      isMany && el.h4(env),
+      hasManyAgents && el.h4(env),
       causeList(app, wrong),
       (unknown || []).map((text) => el("p.dim.small", text)),
     ];

@@ -202,8 +202,8 @@ export class History {
   }
 
   /**
-   * Apply a change of a plan-action. A second attempt of the goal may use the action's ids again: then
-   * the key of its action ends with #2.
+   * Apply a change of a plan-action. A second attempt of the goal may use the ids for another action or other
+   * parameters: then the key of its action ends with #2.
    */
   on_plan_action({ env, goal, plan, action_id: id, action: name, params = "", ...event }) {
     const goalKeyNow = this.keyOf(env, goal),
