@@ -2,8 +2,8 @@
 
 ``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
-A pair is a problem and the file of its domain. That file has the name of the domain that the problem states,
-and is in the folder of the problem, in the folder above, or in the folder ``domains`` there. PROGRAM is VAL's
+A pair is a problem and the file of its domain. That file defines the domain that the problem names, and is in
+the folder of the problem, in the folder above, or in the folder ``domains`` there. PROGRAM is VAL's
 ``Validate``. The output is a line of JSON for each pair, then the table of docs/planning.md: for each kind of
 needs the numbers of pairs, of pairs that are read and of pairs with a plan, the engines and the median time.
 With ``--draw`` the pairs are drawn at random; the same folders give the same pairs.
@@ -32,7 +32,7 @@ from cxbridge_planning.registry import AUTO, choose_planners
 
 _SEED = 33  # chosen freely
 _HEAD = 5000
-"""The number of characters at the start of a file among which its names are looked for."""
+"""The number of characters at the start of a file, without comments, among which its names are looked for."""
 _DIGITS = re.compile(r"\d+")
 _NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
 

@@ -34,8 +34,8 @@ class Configuration:
 
     Elements of a list of maps have the path elements ``/0/``, ``/1/``, and so on. Leading and double slashes
     are ignored. Getters raise :class:`ConfigError` without a value and without ``default=``, and for a value
-    of another type. A map in place of a value is an error even with a default. Changes (:meth:`set`,
-    :meth:`overlay`) are not thread-safe.
+    of another type. A map in place of a value is an error even with a default; only an empty map counts as
+    null. Changes (:meth:`set`, :meth:`overlay`) are not thread-safe.
     """
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class Configuration:
         return Path(self.get(path).file).parent / name if name else None
 
     def exists(self, path: str) -> bool:
-        """Return whether there is a value, not a map, at a path."""
+        """Return whether there is a value at a path: a scalar, a list of scalars, null or an empty map."""
         node = self._root.find(path)
         return node is not None and not node.children
 
@@ -124,7 +124,7 @@ class Configuration:
         return _make_value(path, node)
 
     def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
-        """Return an error with the place of the value at a path, or of the first value below it."""
+        """Return an error with the place, if any, of the value at a path or of the first value below it."""
         value = self.get(path) if self.exists(path) else next(self.search(path), None)
         return ConfigError(message, hint=hint) if value is None else value.error(message, hint)
 
@@ -245,7 +245,7 @@ class Configuration:
         )
 
     def _find_host_hint(self, path: str) -> str:
-        """Return a hint about the first file of another host that has a value; empty without such a file."""
+        """Return a hint about the first file of another host with a value at a path; empty without one."""
         for include in self._host_includes:
             for host_path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
                 for file in list_config_files(host_path) if host_path.is_dir() else [host_path]:

@@ -10,10 +10,10 @@ from cxbridge.printing import one_line
 
 
 class SystemdNotifier:
-    """Reports the state of a service to the service manager: as sd_notify(3) does, in datagrams to a socket.
+    """Reports the state of a service to the service manager in datagrams to a socket, as sd_notify(3) does.
 
-    :param address: the path of the socket; by default the variable ``NOTIFY_SOCKET`` of the environment,
-        without which nothing is sent.
+    :param address: the path of the socket, or ``@`` and the name of an abstract socket; by default the
+        variable ``NOTIFY_SOCKET`` of the environment, without which nothing is sent.
     """
 
     def __init__(self, address: str | None = None) -> None:

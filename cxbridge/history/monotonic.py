@@ -26,7 +26,7 @@ class MonotonicClock:
         self.start_us = start_us
         """The clock at the start of the run; None before the first event if the start is not known."""
         self.setbacks: list[tuple[int, int]] = []
-        """The times, on this clock, at which the clock was set back, and by how many microseconds."""
+        """The setbacks of the run's clock: the converted time and the size of each, in microseconds."""
         self._offset_us = start_us or 0
 
     def advance_to(self, time_us: int) -> int:

@@ -1,7 +1,8 @@
 """A run: an agent with its configuration, clock, blackboard and components.
 
-The constructor makes the executive, so that recorders and servers can subscribe before :meth:`Run.start`
-loads the first file. A team has a run for each agent (:mod:`cxbridge.run.team`); a daemon is a run, too.
+Unless the agent is only inspected, the constructor makes the executive, so that recorders and servers can
+subscribe before :meth:`Run.start` loads the first file. A team has a run for each agent
+(:mod:`cxbridge.run.team`); a daemon is a run, too.
 """
 
 from __future__ import annotations
@@ -148,7 +149,7 @@ class Run(Closing):
     """
 
     has_executive = True
-    """Whether the run needs an executive."""
+    """Whether the run has an executive; a daemon may have none."""
 
     waits_for_skiller = True
     """Whether the start waits for a remote Skiller, without which the run ends."""
@@ -188,7 +189,7 @@ class Run(Closing):
             self.config, self.paths, additions.executors
         )
         self.skill_service: SkillBoardService | None = None
-        """The active skill board."""
+        """The active skill board; None before its start and after its end."""
         self.execution: Execution | None = None
         """Executes the calls of the skill board's executors; None: the configured execution."""
         self.known_skills: dict[str, frozenset[str] | None] = {}
@@ -213,7 +214,10 @@ class Run(Closing):
 
     @property
     def thinking(self) -> BaseExecutiveComponent | None:
-        """The component with the executive; None before it is made, and in a daemon without an executive."""
+        """The component with the executive.
+
+        None before it is made, in an inspection, and in a daemon without an executive.
+        """
         return None if self.thinking_node is None else self.thinking_node.component
 
     @property

@@ -109,7 +109,7 @@ def _run(
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
-        # not in the table of components, because the recording begins before the first component is made
+        # not in the table of components, because the recording begins before the first component starts
         recorder = RecorderComponent(assembly, additions.writers)
         stack.callback(recorder.close)
         if replay is not None:

@@ -286,14 +286,16 @@ class AgentRun(World, Closing):
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
     def goal(self, name: str) -> GoalRecord:
-        """Return the only goal of a class, or a goal by id; ``ID#2`` is the second goal with this id.
+        """Return the only goal with a name: an id, a class, or the start of an id.
+
+        ``ID#2`` is the second goal with an id, ``CLASS#2`` the second goal of a class.
 
         :raises AssertionError: if no goal or several goals have the name.
         """
         goals = find_goals(self._history.goals, name)
         if len(goals) != 1:
             problem = (
-                f"{len(goals)} goals are of class {name}, not one" if goals else f"there is no goal {name}"
+                f"{len(goals)} goals have the name {name}, not one" if goals else f"there is no goal {name}"
             )
             raise AssertionError(self._add_goals(problem))
         return goals[0]

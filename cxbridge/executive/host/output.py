@@ -21,8 +21,9 @@ LineSink = Callable[[Level, str], None]
 """Gets the level and text of a line."""
 
 # levels by logical name, from Fawkes' CLIPS environment manager. Only wdialog differs, on purpose: Fawkes
-# drops its lines, and cxbridge logs them at debug level. The names of colours and their level come from
-# ``cx_clips_env_manager`` of ros2_cx.
+# drops its lines, and cxbridge logs them at debug level. Names that Fawkes does not handle are t, wclips, and
+# stdwrn and stderr, which are 6.4's. The names of colours and their level come from ``cx_clips_env_manager``
+# of ros2_cx.
 _LEVELS = {
     b"stdout": Level.INFO,
     b"t": Level.INFO,
@@ -141,7 +142,7 @@ class OutputRouter:
         """Return the captured error messages, and continue the outer capture."""
         text = "".join(self._captured_errors or ())
         self._captured_errors = outer
-        self.is_quiet = False  # an endless recursion within the capture has silenced CLIPS
+        self.is_quiet = False  # an endless recursion within the capture may have silenced CLIPS
         return text
 
     def pause(self) -> None:

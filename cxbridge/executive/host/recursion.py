@@ -78,7 +78,7 @@ _thread_stack = _ThreadStack()
 def _find_stack_floor() -> int:
     """Return the lowest stack address that CLIPS may use in this thread; 0 if unknown."""
     library = ctypes.CDLL(None)
-    attributes = ctypes.create_string_buffer(256)  # more than a pthread_attr_t of any platform
+    attributes = ctypes.create_string_buffer(256)  # ample: glibc's pthread_attr_t has 56 bytes on x86-64
     lowest_address, size = ctypes.c_void_p(), ctypes.c_size_t()
     library.pthread_self.restype = ctypes.c_void_p
     try:
@@ -90,7 +90,7 @@ def _find_stack_floor() -> int:
         library.pthread_attr_getstack(attributes, ctypes.byref(lowest_address), ctypes.byref(size))
     finally:
         library.pthread_attr_destroy(attributes)
-    # the reserve is at most a quarter of a small stack, such as that of a thread
+    # the reserve is at most a quarter of the stack, which may be smaller than the reserve
     top = (lowest_address.value or 0) + size.value
     return max(top - size.value + min(_RESERVED_BYTES, size.value // 4), top - _MAX_STACK_BYTES)
 

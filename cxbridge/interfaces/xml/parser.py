@@ -1,8 +1,8 @@
 """Parser of interface definitions, from XML to a schema.
 
 The rules are those of Fawkes' interface generator (its parser, not its DTD). This parser also refuses
-definitions of which no working C++ interface could result: invalid identifiers, names that clash within the
-class, the type ``char``, and constants that do not parse, which the generator silently drops.
+definitions of which no working C++ interface could result (invalid identifiers, names that clash within the
+class, the type ``char``), and constants that do not parse, which the generator silently drops.
 """
 
 from __future__ import annotations

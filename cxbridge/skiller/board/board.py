@@ -52,7 +52,7 @@ class SkillBoard:
     """The class of the masters."""
 
     is_verbatim: ClassVar[bool] = False
-    """Whether local executors send exactly the yielded values as FEEDBACK."""
+    """Whether local executors send each value that a skill yields as FEEDBACK, and no other FEEDBACK."""
 
     def __init__(
         self,
@@ -194,7 +194,7 @@ class SkillBoard:
         return not is_quiet
 
     def expire(self) -> None:
-        """End a loop: expire overdue masters and publish the number of masters."""
+        """End a loop: expire overdue masters, and publish the numbers of asking and running masters."""
         now_us = self._clock.now_us()
         # a list, because expire() removes masters
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
@@ -299,7 +299,7 @@ class SkillBoard:
         ]
 
     def ask_all(self, master: Master, *, excluded: str = "") -> None:
-        """Send the request of a master to all idle executors that know its skill.
+        """Send the request of a master to all idle executors that know its skill and have no pending request.
 
         :param excluded: an executor that gets no request.
         """
@@ -308,7 +308,10 @@ class SkillBoard:
                 self._send_request(executor, master)
 
     def refuse_late(self, message: Any) -> None:
-        """Answer a message for a master that is over: RESPONSE with REJECT, FEEDBACK with CANCEL."""
+        """Answer a message for a master that is over or of a former epoch.
+
+        RESPONSE is answered with REJECT, FEEDBACK with CANCEL.
+        """
         if message.type == "ResponseMessage":
             self._sender.reject(message.executor, message.master, message.epoch)
         else:

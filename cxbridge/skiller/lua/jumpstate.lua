@@ -1,7 +1,8 @@
 -- States with transitions that have conditions.
 --
--- A transition is a table: state (target, or its name until prepare), jumpcond, description, error, and pre or
--- post: whether its condition is tested before the state's init, or after init and in each loop.
+-- A transition is a table: state (target, or its name until prepare), jumpcond, description, error, place (in the
+-- skill's file, of a condition that is a text), and pre or post: whether its condition is tested before the state's
+-- init, or after init and in each loop.
 
 local core = ...
 local log, clock = core.include("log"), core.include("time")
@@ -106,7 +107,8 @@ function JumpState:add_new_transition(...) return add(self, self:create_transiti
 --- Add a transition that is tested before init.
 function JumpState:add_new_precondition(...) return add(self, self:create_transition(...), "pre") end
 
---- Add a transition; with a condition, in the old style, make and add a transition to the state in the first argument.
+--- Add a transition. With a condition, which is the old style, make and add a transition to the state in the
+-- first argument.
 function JumpState:add_transition(transition, condition, ...)
     if condition ~= nil then return self:add_new_transition(transition, condition, ...) end
     add(self, transition, "post")
@@ -119,6 +121,7 @@ function JumpState:clear_transitions() self.transitions = {} end
 function JumpState:last_transition() return self.last_trans end
 
 --- Return the transitions to a state (or its name), or all transitions.
+-- As in Fawkes, a target that is still a name is found by get_transition, but not by this function.
 function JumpState:get_transitions(target)
     local name = type(target) == "table" and target.name or target
     local matching = {}

@@ -52,7 +52,7 @@ ReadSamples = Callable[[Path], Iterable[Sample]]
 class LookupEstimator(Decider):
     """Draws one of a skill's recorded executions with equal probability.
 
-    :param samples: recorded executions; skill strings with several calls are ignored.
+    :param samples: recorded executions; those whose skill string is not a single call are ignored.
     :param fully_match_args: whether an execution must match all arguments of the call, or only those in the
         whitelist's pattern.
     :param include_failures: whether to draw failed executions, too.

@@ -248,5 +248,6 @@ class CopyFormat(Struct, frozen=True):
 HEAD_SIZE: Final = 64 * 1024
 """The number of bytes at the start of a file by which a format is recognised.
 
-The number is chosen freely: the first entry of a text log may follow other text.
+The first entry of a text log may follow other text; the length of that text is not known, so the number is
+chosen freely.
 """

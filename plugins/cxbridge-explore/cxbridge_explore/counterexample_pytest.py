@@ -44,7 +44,7 @@ def make_test_text(
 
     :param description: the docstring of the test.
     :param folder: the folder of the file, to which the paths in the test are relative.
-    :raises CxbridgeError: if the fixture cannot script a choice.
+    :raises CxbridgeError: if the run has several agents, or the fixture cannot script a choice.
     """
     script = list(_make_script_lines(run))
     needs_usual = any(".does(usual" in line for line in script)
@@ -70,7 +70,7 @@ def make_test_text(
 def _make_script_lines(run: PlayedRun) -> Iterator[str]:
     """Yield the lines that script the results of skills.
 
-    :raises CxbridgeError: if the fixture cannot script a choice.
+    :raises CxbridgeError: if the run has several agents, or the fixture cannot script a choice.
     """
     if run.agent_count > 1:
         raise CxbridgeError("a test runs only one agent")
@@ -137,7 +137,7 @@ def _to_literal(value: object, folder: Path) -> object:
 def make_identifier(name: str) -> str:
     """Return the name of a property in lower-case letters, digits and underscores.
 
-    The result is a part of the names of files and functions; ``property`` for a name without such characters.
+    The result is a part of the names of files and functions; ``property`` for a name with none of these.
     """
     # cut, since a property without a name has its whole form as the name
     return (

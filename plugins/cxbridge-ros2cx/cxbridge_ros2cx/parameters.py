@@ -73,8 +73,8 @@ def load_executive_parameters(folder: Path) -> Configuration:
 def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
     """Read the features from the parameter files.
 
-    :raises ConfigError: if the file is unreadable, the list or a plugin is missing, or a feature is listed
-        twice.
+    :raises ConfigError: if the file is unreadable, the list or a plugin is missing or has a wrong type, or a
+        feature is listed twice.
     """
     file = folder / FEATURES_FILE
     config = Configuration.load(file)
@@ -105,9 +105,9 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
 
 
 def read_refresh_period_us(config: Configuration) -> int:
-    """Return the time between two runs of the rules from the rate ``refresh-rate``.
+    """Return the time between two runs of the rules, by the rate ``refresh-rate``.
 
-    :raises ConfigError: if the rate is not positive, or is above 10000 Hz.
+    :raises ConfigError: if the rate is not a number, is not positive, or is above 10000 Hz.
     """
     rate_hz = config.get_float(REFRESH_RATE_PATH, default=float(_DEFAULT_REFRESH_HZ))
     if 0 < rate_hz <= _MAX_REFRESH_HZ:

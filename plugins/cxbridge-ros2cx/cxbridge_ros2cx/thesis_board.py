@@ -90,7 +90,7 @@ class ThesisMaster(Master):
 
 
 class TopicBoard(SkillBoard):
-    """A board whose REQUEST goes to all executors, as on the topic of the thesis' executive.
+    """A board whose REQUEST goes to all free executors, as on the topic of the thesis' executive.
 
     The first executor that responds is confirmed, and later executors are rejected.
     """

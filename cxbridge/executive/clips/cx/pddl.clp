@@ -20,14 +20,14 @@
                     PENDING RUNNING PLANNED PLAN-FETCHED))
 )
 
-(deffunction pddl-call (?goal-id ?goal)
-  "Request a plan that achieves the PDDL formula ?goal (a string), for the SELECTED
+(deffunction pddl-call (?goal-id ?formula)
+  "Request a plan that achieves the PDDL formula ?formula (a string), for the SELECTED
    goal ?goal-id."
-  (printout info "Calling PDDL planner for goal '" ?goal "'" crlf)
+  (printout info "Calling PDDL planner for goal '" ?formula "'" crlf)
   (bind ?message (blackboard-create-msg "PddlGenInterface::pddl-gen" "GenerateMessage"))
-  (blackboard-set-msg-field ?message "goal" ?goal)
+  (blackboard-set-msg-field ?message "goal" ?formula)
   (bind ?message-id (blackboard-send-msg ?message))
-  (assert (pddl-plan (goal ?goal) (goal-id ?goal-id)
+  (assert (pddl-plan (goal ?formula) (goal-id ?goal-id)
                      (gen-id ?message-id) (status GEN-PENDING)))
 )
 
@@ -125,7 +125,7 @@
 (deffunction pddl-refuse-plan (?plan ?goal)
   "Internal. Fail the goal, because the document is not a plan."
   (printout error "The document for goal " (fact-slot-value ?goal id)
-                  " is not a plan: an action lacks its name or its arguments" crlf)
+                  " is not a plan: no list of actions, or one lacks its name or its arguments" crlf)
   (retract ?plan)
   (cx-modify-goal ?goal (outcome FAILED) (mode FINISHED))
 )
@@ -204,7 +204,7 @@
 )
 
 (defrule pddl-clean-up-stale-plans
-  "The goal was retracted, or left the mode SELECTED, before the planner finished."
+  "The goal was retracted, or left the mode SELECTED, before the plan arrived."
   ?plan <- (pddl-plan (goal-id ?goal-id))
   (not (goal (mode SELECTED) (id ?goal-id)))
   =>

@@ -1,6 +1,7 @@
 ; Synchronises the domain-objects of each type and the wm-fact that lists them.
 ;
-; A wm-sync-object marks each object of the list, so that joins find the missing ones.
+; A wm-sync-object marks each object that is or will be in the list, so that joins find
+; the missing ones.
 ; Additions and removals are collected first, and the list is written once. A list that
 ; differs from the wm-sync-object-list was changed by a rule of the agent, and the
 ; domain-objects follow the list of the wm-fact.
@@ -141,7 +142,7 @@
   ?list <- (wm-sync-object-list (type ?type) (names $?before))
   ?wf <- (wm-fact (id ?id) (type SYMBOL) (is-list TRUE) (values $?names&~$?before))
   =>
-  (wm-sync-apply-object-changes ?type ?before)
+  (wm-sync-apply-object-changes ?type ?before)  ; only to retract the changes
   (delayed-do-for-all-facts ((?object domain-object))
       (and (eq ?type ?object:type) (not (member$ ?object:name ?names)))
     (retract ?object)

@@ -13,7 +13,7 @@
   (slot path (type STRING))        ; the path of the file; "" if the file was not found
   (slot loaded (type SYMBOL)
     (allowed-values TRUE FALSE) (default FALSE))
-  (slot error-msg (type STRING)))
+  (slot error-msg (type STRING)))  ; "" if the file was found, even if it did not load
 
 (deffunction path-set-global (?name ?values)
   "Set a defglobal of this file to a value that (reset) keeps."
@@ -53,7 +53,7 @@
     (bind ?candidate (str-cat ?folder ?file))
     (printout debug "Trying CLIPS file " ?candidate " (looking for " ?file ")" crlf)
     (if (cx-is-file ?candidate) then
-      (printout debug "Found CLIPS file " ?file " at " ?candidate ")" crlf)
+      (printout debug "Found CLIPS file " ?file " at " ?candidate crlf)
       (return ?candidate)))
   FALSE)
 

@@ -28,7 +28,7 @@
       (and (= ?ahead 0) (> (nth$ 2 ?t1) (nth$ 2 ?t2)))))
 
 (deffunction time-trunc-ms (?time)
-  "The time in whole milliseconds. An argument that does not have two fields is returned unchanged."
+  "The time (SEC USEC), rounded down to a millisecond. An argument without two fields is returned unchanged."
   (if (<> 2 (length$ ?time)) then (return ?time))
   (bind ?micros (nth$ 2 ?time))
   (create$ (nth$ 1 ?time) (- ?micros (mod ?micros 1000))))

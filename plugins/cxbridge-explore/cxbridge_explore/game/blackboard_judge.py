@@ -63,8 +63,8 @@ def _make_score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) ->
     """Return the score.
 
     :param game: the values of the referee's interface.
-    :param orders: the values of each order's interface. The field ``number`` is 0 before the announcement of
-        the order, ``delivered`` before its delivery.
+    :param orders: the values of each order's interface. The field ``number`` is 0 until the order is
+        announced, and ``delivered`` is 0 until the order is delivered.
     """
     team, phase = str(game["team"]), _format_enum(game["phase"])
     delivered_orders = sorted(

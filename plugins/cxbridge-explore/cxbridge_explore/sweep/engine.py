@@ -62,7 +62,7 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
     :param job: the common part of all runs.
     :raises CxbridgeError: if the scenario or the world is invalid, or does not load.
     """
-    # each worker gets at least two chunks, if there are enough seeds
+    # at least two chunks for each worker, if there are enough seeds
     chunk_size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * process_count)))
     starts = range(0, len(seeds), chunk_size)
     chunks = deque(list(seeds[start : start + chunk_size]) for start in starts)
@@ -104,7 +104,7 @@ def _handle_death(worker: WorkerProcess, deaths: Counter[int | None]) -> Iterato
     """
     worker.process.join()
     ending = describe_exit(worker.process.exitcode)
-    # A worker plays its seeds in order, so the first remaining seed has killed the worker.
+    # A worker plays its seeds in order, so it died while it played the first remaining seed.
     cause = worker.seeds[0] if worker.is_loaded else _LOADING_KEY
     deaths[cause] += 1
     if deaths[cause] < MAX_DEATHS:

@@ -1,4 +1,4 @@
-"""Choices about Skillers that vanish, and about agents that are killed."""
+"""Choices about Skillers and executors that vanish, and about agents that are killed."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class AbsenceChoices:
         self._schedule = None if absence.times is None else Schedule(absence.times)
         self._options = make_options("stays", make_fault("vanishes", absence.probability))
         self._has_begun_call = False
-        # the second of the return during an absence; infinite for no return
+        # the second of the return; infinite for no return, None if present
         self._return_s: float | None = None
 
     def record_call(self, performer: str) -> None:

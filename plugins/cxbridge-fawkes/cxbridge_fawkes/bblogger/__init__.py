@@ -19,4 +19,5 @@ FORMATS = (
         reader="cxbridge_fawkes.bblogger.reader:BBLoggerFolder",
     ),
 )
+# opens a folder to record into, see cxbridge.trace.formats.registry
 RECORDING = f"{__name__}.writer:open_recording"

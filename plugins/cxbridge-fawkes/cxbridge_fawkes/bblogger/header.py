@@ -1,7 +1,6 @@
 """Headers, entries and names of bblogger files, as written by Fawkes since 2015-03.
 
-docs/formats.md has the table. The byte order flag and the count are often wrong, so readers do not rely on
-them.
+The byte order flag and the count are often wrong, see docs/formats.md, so readers do not rely on them.
 """
 
 from __future__ import annotations
@@ -219,7 +218,7 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
 
 
 def _quote_name(text: str) -> str:
-    """Return a text for a file name, without characters special in shells and patterns."""
+    """Return a text for a file name, without slashes, blanks, quotes and characters of patterns."""
     # a text from CLIPS may have a lone surrogate, which is no UTF-8
     return quote(text, safe="", errors="backslashreplace")
 

@@ -77,7 +77,7 @@ class ExpertServer(Closing):
     :param node: a node with the rights of its clients, which the caller closes.
     :param feature: the feature that has the environment.
     :param planner: the planner for clients, which :meth:`close` closes.
-    :param log: logs each request to change the problem, with its result.
+    :param log: logs the requests to change the problem that the experts handle, with their results.
     """
 
     def __init__(

@@ -13,9 +13,10 @@ IDLE_LIMIT_S: Final = 10.0
 
 
 class IdleLimitedConnection(H11Protocol):
-    """A connection that is closed if its client neither completes a request nor reads the response.
+    """A connection that is closed if its client neither sends the head of a request nor reads the response.
 
-    Idle event streams stay open, since their clients wait for the server.
+    JSON bodies have their own time limit (:func:`~cxbridge_web.api.read_json_object`). Idle event streams
+    stay open, since their clients wait for the server.
     """
 
     idle_limit_s: float = IDLE_LIMIT_S

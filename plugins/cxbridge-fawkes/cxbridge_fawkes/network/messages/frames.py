@@ -68,7 +68,8 @@ class FrameDecoder:
 
         A frame may change the limits for later frames.
 
-        :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
+        :raises FrameTooLongError: if the size in a header exceeds the limit. The rest of the stream cannot be
+            decoded.
         """
         # usually, the received bytes are whole frames, which need no copy to the buffer
         if self._pending:

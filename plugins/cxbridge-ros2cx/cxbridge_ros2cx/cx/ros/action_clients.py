@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2.names import TypeName
 
-NO_HANDLE: Final = ExternalAddress(0)  # handle of a rejected goal
+NO_HANDLE: Final = ExternalAddress(0)  # of a rejected goal, and of a request that concerns several goals
 
 # the start of a separate range of addresses, as HandleTable requires
 _FIRST_HANDLE: Final = 0x5100_0000_1000

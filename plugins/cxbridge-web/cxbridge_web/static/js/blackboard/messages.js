@@ -42,7 +42,7 @@ function valueOf(field, { checked, value }) {
 const labelled = ({ name, type, is_array: isArray }, input) =>
   el.label(el.span(name, el("span.dim.small", " " + type + (isArray ? "[]" : ""))), input);
 
-/** The form for a message, with an input for each field; null if the interface has no message types. */
+/** The form for a message, with an input for each field; null in a recording, and without message types. */
 export function messageForm(app, { type: interfaceType, id, message_types: types }) {
   if (app.recording || !types.length) return null;
   if (!types.some((type) => type.name === chosenMessage)) chosenMessage = types[0].name;

@@ -136,7 +136,7 @@ export function open(root, app) {
               ]
             : note("No file that can be read has this rule."),
         );
-    // the list of rules shows the error of the same request
+    // no error here: if the daemon does not answer, the list of rules shows the error of its own request
     findConstruct(app, app.env, "defrule", name).then(showSource, () => {});
     return [head(name, why.button), note(el("span#rule-place")), why.box, source];
   }

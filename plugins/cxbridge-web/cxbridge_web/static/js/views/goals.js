@@ -21,7 +21,7 @@ const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
 const closedKeys = new Set(); // keys of goals whose children are hidden; outlives the view
 let showsGone = null; // null: gone goals are shown if there are no other goals
 
-/** The address of a goal in the table, or of an action or skill call in the timeline. */
+/** The address of a goal in the table, of an action or skill call in the timeline, or of the table alone. */
 function address(path) {
   if (path.action || path.skill) return timelineAddress(path);
   return path.goal
@@ -144,9 +144,9 @@ export function open(root, app) {
   /** The goals of the chosen environment, perhaps with gone goals. */
   function listGoals() {
     const { goals, gone } = app.model,
-      hasGone = showsGone ?? !goals.size;
-    goneBox.firstChild.checked = hasGone;
-    const known = [...(hasGone ? gone.values() : []), ...goals.values()];
+      isGoneShown = showsGone ?? !goals.size;
+    goneBox.firstChild.checked = isGoneShown;
+    const known = [...(isGoneShown ? gone.values() : []), ...goals.values()];
     return app.chosenEnv ? known.filter((goal) => (goal.env || MAIN_ENV) === app.env) : known;
   }
 
@@ -162,7 +162,7 @@ export function open(root, app) {
     // the items lack goals below closed goals: these are not left out by the filter
     if (!filter.isSet) page.count(goals.length, goals.length);
   }
-  /** The box in place of an empty table: a text, and a button that shows hidden goals. */
+  /** The box in place of an empty table: a text, and a button if there are hidden goals, which shows them. */
   function emptyTable(goals) {
     const goneCount = app.model.gone.size,
       hint = app.recording
