@@ -158,6 +158,13 @@ class Configuration:
         """Return a 32-bit unsigned integer, which may be hexadecimal (0x10) or octal (010)."""
         return self._get_scalar(path, to_uint32, "an unsigned integer", default)
 
+    def get_port(self, path: str, *, default: int) -> int:
+        """Return a port of a server; 0: any free port."""
+        port = self.get_uint(path, default=default)
+        if port > 65535:  # noqa: PLR2004 - ports have 16 bits
+            raise self.error(path, f"{path} must not be {port}", "use a port from 0 to 65535")
+        return port
+
     def get_int(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
         """Return a 32-bit integer."""
         return self._get_scalar(path, to_int, "an integer", default)

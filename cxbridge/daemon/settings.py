@@ -9,7 +9,7 @@ from pathlib import Path
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.listening import is_private_endpoint
-from cxbridge.plugins import package_hint
+from cxbridge.plugins import absent_package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.components.manager import FailurePolicy
@@ -172,7 +172,7 @@ def _refuse_unknown_settings(config: Configuration) -> None:
         # agents/ are the agents of a scenario, of which a daemon runs one
         if name not in keys and not name.startswith("agents/"):
             section, _, key = name.partition("/")
-            hint = package_hint(section)
+            hint = absent_package_hint(section)
             if hint and key == "enable" and setting.text == "false":
                 continue  # a server of an absent plug-in that is off
             raise setting.error(

@@ -32,6 +32,6 @@ class FawkesSettings(PluginSettings):
             return None
         return cls(
             host=config.get_str(f"{cls.SECTION}/host", default=LOOPBACK),
-            port=config.get_uint(f"{cls.SECTION}/port", default=DEFAULT_PORT),
+            port=config.get_port(f"{cls.SECTION}/port", default=DEFAULT_PORT),
             allow=tuple(config.get_strings(f"{cls.SECTION}/allow", default=[])),
         )

@@ -56,7 +56,7 @@ class WebSettings(PluginSettings):
             return None
         settings = cls(
             host=config.get_str(f"{cls.SECTION}/host", default=LOOPBACK),
-            port=config.get_uint(f"{cls.SECTION}/port", default=DEFAULT_PORT),
+            port=config.get_port(f"{cls.SECTION}/port", default=DEFAULT_PORT),
             token=config.get_str(f"{cls.SECTION}/token", default=""),
             tls_cert=config.get_file(f"{cls.SECTION}/tls-cert"),
             tls_key=config.get_file(f"{cls.SECTION}/tls-key"),
@@ -67,8 +67,6 @@ class WebSettings(PluginSettings):
 
     def check(self) -> None:
         """Raise :class:`ConfigError` if settings are invalid, conflict or are unsafe."""
-        if self.port > 65535:  # noqa: PLR2004 - ports have 16 bits
-            raise ConfigError(f"cxbridge/web/port must not be {self.port}", hint="use a port from 0 to 65535")
         if self.token and len(self.token) < MIN_TOKEN_LENGTH:
             raise ConfigError(
                 "cxbridge/web/token is too short",

@@ -90,7 +90,9 @@ def _make_goals_headline(stories: Sequence[GoalStory], where: str) -> str:
     """
     if len(stories) == 1:
         return _make_goal_headline(stories[0])
-    summary = f"{format_count(len(stories), 'goal')} of class {stories[0].goal_class} in {where}"
+    classes = {story.goal_class for story in stories}  # an id may be used again for another class
+    class_text = f" of class {stories[0].goal_class}" if len(classes) == 1 else ""
+    summary = f"{format_count(len(stories), 'goal')}{class_text} in {where}"
     troubled_story = next((story for story in stories if not story.is_completed), None)
     return (
         summary

@@ -48,7 +48,7 @@ class FoxgloveSettings(PluginSettings):
             return None
         settings = cls(
             host=config.get_str(f"{cls.SECTION}/host", default=LOOPBACK),
-            port=config.get_uint(f"{cls.SECTION}/port", default=FOXGLOVE_PORT),
+            port=config.get_port(f"{cls.SECTION}/port", default=FOXGLOVE_PORT),
             allow_origins=tuple(
                 config.get_strings(f"{cls.SECTION}/allow-origins", default=list(FOXGLOVE_ORIGINS))
             ),

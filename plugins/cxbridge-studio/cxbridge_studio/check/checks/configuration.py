@@ -19,8 +19,8 @@ MISLEADING_VALUE: Final = Code(
     "CX111",
     Severity.WARNING,
     "a misleading configuration value",
-    "YAML reads some words as values of another type, two files disagree, or the entry has a key that is "
-    "never read. A run does not report that.",
+    "A key occurs twice in a file, a file has more than two documents, an entry of a stage has a key that is "
+    "never read, or a stage waits for a component that is not installed. A run logs the same warning.",
 )
 NO_TIME_FACTS: Final = Code(
     "CX112",
