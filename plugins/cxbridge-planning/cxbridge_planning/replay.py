@@ -19,7 +19,7 @@ from cxbridge_planning.service.delayed import DelayedCall, EndedCall
 from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
 
 _STARTED: Final = "started"
-_STATUSES: Final = {text: status for status, text in STATUS_TEXTS.items()}
+_STATUSES_BY_TEXT: Final = {text: status for status, text in STATUS_TEXTS.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ def find_recorded_calls(events: Sequence[PlannerCall], env: str) -> dict[str, Re
     for event in events:
         if event.env == env and event.call and event.status == _STARTED:
             start_events[event.call] = event
-        elif event.env == env and event.call in start_events and event.status in _STATUSES:
+        elif event.env == env and event.call in start_events and event.status in _STATUSES_BY_TEXT:
             result = _read_result(event)
             if result is not None:
                 start_event = start_events[event.call]
@@ -52,16 +52,16 @@ def find_recorded_calls(events: Sequence[PlannerCall], env: str) -> dict[str, Re
 
 
 def _read_result(event: PlannerCall) -> PlanResult | None:
-    """Return the result of a call; None if the plan is missing in the recording."""
+    """Return the result of a call; None if the recording has no readable plan."""
     try:
         actions = parse_plan_text(event.plan)
     except ValueError:
         return None
-    # planners report the number of actions even when they record no plan
+    # an event has the number of actions even if the plan was not recorded
     if len(actions) != event.actions:
         return None
     return PlanResult(
-        _STATUSES[event.status],
+        _STATUSES_BY_TEXT[event.status],
         event.planner,
         actions,
         event.reason,
@@ -96,7 +96,7 @@ class RecordedPlanning(PlanningService):
         """Do nothing: a replay may never need a planner."""
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start a call with the recorded result and delay, or a call of a planner without a recorded call."""
+        """Start a call with the recorded result and delay; without a recorded call, call a planner."""
         self._call_count += 1
         # the ids have the same consecutive numbers as in the feature `planner`
         recorded_call = self._recorded_calls.get(f"plan-{self._call_count}")

@@ -55,15 +55,19 @@ class Crypter:
     def encrypt(self, payload: bytes) -> bytes:
         """Return an encrypted payload, with its initialization vector if the cipher has one."""
         vector = os.urandom(_BLOCK_BYTES) if _has_vector(self.cipher_number) else b""
-        padding = _BLOCK_BYTES - len(payload) % _BLOCK_BYTES
+        padding_size = _BLOCK_BYTES - len(payload) % _BLOCK_BYTES
         transform = self._make_cipher(self.cipher_number, vector).encryptor()
-        return vector + transform.update(payload + bytes([padding]) * padding) + transform.finalize()
+        return (
+            vector + transform.update(payload + bytes([padding_size]) * padding_size) + transform.finalize()
+        )
 
     def decrypt(self, cipher_number: int, payload: bytes) -> bytes:
         """Return the decrypted payload.
 
+        Only the padding shows that the key differs: about one payload in 256 has a valid padding by chance.
+
         :param cipher_number: the number of the cipher, from the frame.
-        :raises ProtobufError: if the key differs, the frame is cut, or the cipher is unknown.
+        :raises ProtobufError: if the padding is invalid, the frame is cut, or the cipher is unknown.
         """
         if cipher_number not in _CIPHER_NAMES:
             raise ProtobufError(f"there is no cipher with number {cipher_number}")
@@ -73,10 +77,13 @@ class Crypter:
         transform = self._make_cipher(cipher_number, payload[:vector_size]).decryptor()
         padded_payload = transform.update(payload[vector_size:]) + transform.finalize()
         # padding of PKCS 7: the value of each padding byte is the number of padding bytes
-        padding = padded_payload[-1]
-        if not 1 <= padding <= _BLOCK_BYTES or padded_payload[-padding:] != bytes([padding]) * padding:
+        padding_size = padded_payload[-1]
+        if (
+            not 1 <= padding_size <= _BLOCK_BYTES
+            or padded_payload[-padding_size:] != bytes([padding_size]) * padding_size
+        ):
             raise ProtobufError("cannot decrypt a frame: is the key the same on both sides?")
-        return bytes(padded_payload[:-padding])
+        return bytes(padded_payload[:-padding_size])
 
     def _make_cipher(self, cipher_number: int, vector: bytes) -> Cipher[Any]:
         # slow to import, and few agents encrypt messages

@@ -18,7 +18,7 @@ MESSAGE_PACKAGE: Final = "llsf_msgs"  # the protobuf package of the league's mes
 
 PRE_GAME_S: Final = 5.0  # the time before the setup phase, in which the agent opens its connections
 
-# The duration of the setup phase: the league has 300 s, in which people carry robots to the field.
+# The duration of the setup phase, shorter than the league's 300 s, in which people carry robots to the field.
 SETUP_S: Final = 15.0
 
 

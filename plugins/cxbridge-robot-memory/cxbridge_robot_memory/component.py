@@ -27,7 +27,7 @@ def _make_memory(run: Run) -> RobotMemory:
 
 def _open_team_store(team: RunBase, agent: str, settings: RobotMemorySettings) -> Store:
     """Open an agent's store: its own databases, and the databases that all agents of the team share."""
-    from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - most runs have no robot memory
+    from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - only teams need it
     from cxbridge_robot_memory.split import SplitStore  # noqa: PLC0415 - as above
 
     file = settings.file

@@ -16,9 +16,9 @@ from typing import Any, Final, NamedTuple
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import encode_with_kind
 
-MAX_GROUP_EVENTS: Final = 10_000  # number of events in each group
+MAX_GROUP_EVENTS: Final = 10_000  # limit of the events in each group
 
-MAX_GROUP_BYTES: Final = 16 << 20  # size of the encoded events in each group
+MAX_GROUP_BYTES: Final = 16 << 20  # limit of the encoded events in each group
 
 BUNCH_BYTES: Final = 64 << 10  # size at which a bunch of events is complete
 
@@ -95,7 +95,7 @@ class _Group:
 
 
 class EventBuffer:
-    """Events in order, with limits for each group of :data:`GROUPS`.
+    """Events in order, with limits for each group (see :func:`find_group_index`).
 
     Not thread-safe.
     """

@@ -29,7 +29,7 @@ _PLAN_PREFIX: Final = "plan"  # begins the names of plan files, to which program
 _PROBLEM_NAME: Final = "task"  # LPG refuses a problem with the name "problem"
 _STATUS_PREFIX: Final = "exit status "  # precedes the exit status at the end of a program's output
 
-# A program that fails earlier has refused the text; a later failure is a failure of the search.
+# A program that fails earlier has probably refused the text; a later failure is one of the search.
 _MAX_REFUSAL_S: Final = 2.0
 
 
@@ -60,7 +60,7 @@ class CommandPlanner(EnginePlanner):
         return f"{self.name} is not installed: {missing_text}" if missing_text else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None if the program proves that none exists.
+        """Return a plan; None if the program states that none exists.
 
         The program gets the user's text. If the program refuses this text at once, it gets a text in basic
         PDDL.
@@ -72,8 +72,8 @@ class CommandPlanner(EnginePlanner):
         try:
             return self._solve_texts(texts, domain, problem)
         except PlanningError:
-            # without source files, the program has got a text in basic PDDL already
-            if time.monotonic() - start_s > _MAX_REFUSAL_S or not any(texts.files):
+            # without source texts, the program has got generated texts, which are much like basic PDDL
+            if time.monotonic() - start_s > _MAX_REFUSAL_S or not (domain.text or problem.text):
                 raise
             with suppress(PlanningError):  # of two errors, the error about the user's text is raised
                 return self._solve_texts(plain_texts(domain, problem), domain, problem)
@@ -144,8 +144,8 @@ class CommandPlanner(EnginePlanner):
     def _parse_output(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         """Return the printed plan, or None if the program states that no plan exists.
 
-        :raises PlanningError: if the output is neither a plan nor a proof, or if the plan names an unknown
-            action or object.
+        :raises PlanningError: if the output has neither a plan nor this statement, or if the plan names an
+            unknown action or object.
         """
         text, _, status = output.rpartition(_STATUS_PREFIX)
         program = self._program

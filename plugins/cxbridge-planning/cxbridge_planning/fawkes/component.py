@@ -16,7 +16,8 @@ class PlanningPlugins(Component):
 
     The component is for agents that load Fawkes' file ``pddl-init.clp``.
 
-    :raises CxbridgeError: if a setting is missing or an interface has another writer.
+    :raises CxbridgeError: if a setting is missing, the robot memory cannot be opened, or an interface has
+        another writer.
     """
 
     hooks = (Hook.ACT_EXEC,)

@@ -100,7 +100,7 @@ def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
 def facts_in(env: ClipsEnvironment, domain: Domain) -> list[Ground]:
     """Return the facts of an environment that have a predicate of the domain."""
     predicates = {predicate.name for predicate in domain.predicates}
-    # an agent may define the template with a single slot in place of the multislot
+    # an agent may define the template with a single slot in place of the multislot: such facts are left out
     return [
         (str(name), tuple(map(str, values)))
         for name, values in env.columns(PREDICATE_TEMPLATE, "name", "param-values")

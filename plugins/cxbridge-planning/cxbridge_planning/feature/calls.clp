@@ -7,13 +7,14 @@
   (slot goal-id (type SYMBOL))
   (slot status (type SYMBOL)
     (allowed-values RUNNING PLANNED NO-PLAN FAILED TIMEOUT CANCELLED INVALID))
-  ; the requested planner, then the planner that has made the plan
+  ; the requested planner; after the call, the planner that made the result, if one did
   (slot planner (type SYMBOL))
   ; id of the plan when the call is PLANNED
   (slot plan-id (type SYMBOL))
   ; the reason for a missing plan
   (slot message (type STRING))
-  ; with the planner auto: the planners that were skipped or failed before, and the reasons
+  ; why this planner has made the result; with the planner auto: the planners that were skipped or
+  ; failed before, and the reasons
   (slot why (type STRING))
   (slot seconds (type FLOAT)))
 

@@ -10,7 +10,7 @@
   (cx-modify-goal ?goal (mode EXPANDED)))
 
 (defrule planner-goal-failed
-  "Fail the goal of a call without plan."
+  "Fail the goal of a call that has ended without a plan, unless the call was cancelled."
   ?call <- (planner-call (goal-id ?goal-id) (status ?status&NO-PLAN|FAILED|TIMEOUT|INVALID)
                          (message ?message))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))

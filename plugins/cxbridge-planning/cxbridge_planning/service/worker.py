@@ -64,7 +64,7 @@ def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[Pl
 
 
 def _limit_memory(max_bytes: int) -> None:
-    """Limit the address space of this process. Windows has no such limit."""
+    """Limit the address space of this process; without effect on Windows, which lacks ``resource``."""
     if sys.platform != "win32":
         import resource  # noqa: PLC0415 - absent on Windows
 
@@ -90,7 +90,7 @@ def _remove_folder() -> None:
 
 def main() -> None:
     """Run jobs until standard input ends."""
-    # Windows has no process groups, and its getppid names the parent even after its end
+    # Windows has no killpg, and its getppid names the parent even after its end
     if hasattr(os, "killpg"):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer

@@ -31,7 +31,10 @@ class WorldState:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """The facts and numbers that a happening of a plan changes."""
+    """The facts and numbers that a happening of a plan changes.
+
+    A happening is an action without duration, or the start or the end of a durative action.
+    """
 
     adds: set[Ground] = field(default_factory=set)
     deletes: set[Ground] = field(default_factory=set)

@@ -1,7 +1,7 @@
 """The names in all files of an agent, updated file by file.
 
 A name has mentions: the positions where the name is written, each with a use such as *defined* or *matched*.
-A file consists of pieces, such as constructs; an unchanged piece is not read again.
+A file consists of pieces, such as constructs; an unchanged construct of CLIPS is not read again.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ _TYPES_OFFSET: Final = 2
 _POINTER_OFFSET: Final = 3
 
 _ALL_TYPES: Final = (1 << 10) - 1  # the bits of CLIPS' ten types
-# A result for each type, by the type's bit. A stub returns the first result with a valid type.
+# The results of stubs, each after the bit of its type: see _make_stub_function.
 _RESULTS_BY_TYPE: Final[tuple[tuple[int, Value], ...]] = (
     (lib.INTEGER_BIT, 0),
     (lib.FLOAT_BIT, 0.0),
@@ -112,7 +112,7 @@ class StubbedEnvironment(ClipsEnvironment):
         return not self.loader.is_parsing and super().batch(self._resolve(path))
 
     def _resolve(self, file: Path | str) -> Path | str:
-        """Return the path of an existing file, or the name of a missing file."""
+        """Return the path of the first readable file, or the name if there is none."""
         paths = (str(folder / file) for folder in (Path.cwd(), *self.folders))
         return next(filter(is_readable_file, paths), file)
 
@@ -159,7 +159,11 @@ def _check_record_layout(env: CData) -> None:
 
 
 def _make_stub_function(types: int) -> Callable[[CData, CData, CData], None]:
-    """Return the function of a stub, whose result has one of these types; FALSE if any type is valid."""
+    """Return the function of a stub for a function whose result may have these types.
+
+    The stub returns the first of :data:`_RESULTS_BY_TYPE` with one of these types. It returns FALSE if any
+    type is valid, or if there is no such result. It returns nothing if ``void`` is the only type.
+    """
     typed_results = (
         value for bit, value in _RESULTS_BY_TYPE if types & bit and types & _ALL_TYPES != _ALL_TYPES
     )

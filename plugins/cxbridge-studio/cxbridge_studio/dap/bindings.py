@@ -147,7 +147,7 @@ def _strip_constraints(ce: PatternCE) -> str:
 def match_pattern(snapshot: Snapshot, pattern: str, facts: Sequence[FactChange]) -> set[int]:
     """Return the indices of the facts that match a pattern.
 
-    :param snapshot: a snapshot with the deftemplate.
+    :param snapshot: a snapshot with the pattern's deftemplate.
     :param facts: the facts of that deftemplate.
     :raises ClipsError: if the text is not a pattern.
     """

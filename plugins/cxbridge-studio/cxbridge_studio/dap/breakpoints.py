@@ -64,7 +64,7 @@ class Breakpoints:
     def _set_on_run(self, group: str) -> None:
         if self._run is not None:
             self._run.set_breakpoints(
-                group, {number: request.breakpoint for number, request in self._groups[group].items()}
+                group, {number: requested.breakpoint for number, requested in self._groups[group].items()}
             )
 
     def _replace(
@@ -87,11 +87,11 @@ class Breakpoints:
         self._set_on_run(group)
         return states
 
-    def _make_state(self, number: int, request: _RequestedBreakpoint) -> protocol.Breakpoint:
+    def _make_state(self, number: int, requested: _RequestedBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint, which counts as verified before the rules are loaded."""
-        reason = request.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
-        message = reason or request.message
-        return protocol.Breakpoint(number, verified=not reason, message=message, line=request.line)
+        reason = requested.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
+        message = reason or requested.message
+        return protocol.Breakpoint(number, verified=not reason, message=message, line=requested.line)
 
     def find_unreachable(self) -> list[protocol.Breakpoint]:
         """Return the states of the breakpoints that the loaded rules cannot reach."""

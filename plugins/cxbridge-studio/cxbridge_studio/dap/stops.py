@@ -33,7 +33,7 @@ class StopView:
     def __init__(self, thread_id: int, stopped_env: StoppedEnvironment) -> None:
         self.thread_id = thread_id
         self._stopped_env = stopped_env
-        # The functions that make the children of a variable. A reference is an index of this list, from 1.
+        # The functions that make the nodes behind a reference, which is an index of this list, from 1.
         # The list only grows, so references stay valid after a change.
         self._child_makers: list[NodeMaker] = []
 

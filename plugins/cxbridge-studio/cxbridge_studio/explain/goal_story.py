@@ -32,7 +32,7 @@ from cxbridge_studio.explain.goal_rules import find_mode_changing_rules
 from cxbridge_studio.explain.goals import Goals, find_failed_actions
 from cxbridge_studio.explain.waiting_rules import WaitingRules
 
-# The states of an action that the story always shows, besides the last state.
+# The states of an action that the story always shows; it also shows the last state, except FORMULATED.
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 # The limit of the tree's depth: errors of goals may name each other in a ring, and a deeper tree is
 # unreadable.
@@ -53,7 +53,7 @@ FACT_TEMPLATES: Final = ("goal", *ACTION_TEMPLATES)
 
 @dataclass(frozen=True, slots=True)
 class GoalMoment:
-    """An event of a goal's life.
+    """An event in the life of a goal or of a plan-action.
 
     :param seconds: the time since the start of the run.
     :param rules: the rules that fired just before, the latest last.
@@ -179,7 +179,7 @@ class GoalStoryWriter:
     def find_outcome_cause(self, goal: GoalRecord) -> Cause:
         """Return how a goal ended, with the reasons.
 
-        For a goal that was formulated again after its end, return its present mode without reasons.
+        For a goal that was formulated again and has no new outcome, return its present mode without reasons.
         """
         if goal.end_change is None and goal.former_end_changes:
             return Cause(self._describe_mode(goal))
@@ -278,10 +278,10 @@ class GoalStoryWriter:
         ends = [f"{change.outcome} at {self.format_time(change.seq)}" for change in goal.former_end_changes]
         return f"; before that, it was {', '.join(ends)}" if ends else ""
 
-    def _find_outcome_causes(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:
+    def _find_outcome_causes(self, goal: GoalRecord, path_names: set[str]) -> Iterator[Cause]:
         """Yield the causes of a goal's outcome, then the rule that ended the goal; none for an open goal.
 
-        :param reported_names: the names of the goals whose outcomes are already in the tree.
+        :param path_names: the names of the goals from the root of the tree to this goal.
         """
         change = goal.end_change
         if change is None:
@@ -293,33 +293,33 @@ class GoalStoryWriter:
             # else the last sub-goal that failed before the goal ended, else the planner.
             yield from (
                 [
-                    Cause(self._describe_outcome(culprit), self._find_deeper_causes(culprit, reported_names))
+                    Cause(self._describe_outcome(culprit), self._find_deeper_causes(culprit, path_names))
                     for culprit in self.goals.find_goals_named_in_error(change, goal)
-                    if culprit.name not in reported_names and culprit.end_change
+                    if culprit.name not in path_names and culprit.end_change
                 ]
                 or [
                     self._find_action_failure_cause(goal, action)
                     for action in find_failed_actions(goal.last_actions)
                 ]
                 or [
-                    Cause(self._describe_outcome(child), self._find_deeper_causes(child, reported_names))
+                    Cause(self._describe_outcome(child), self._find_deeper_causes(child, path_names))
                     for child in self.goals.children(goal)
                     if _failed_in_last_attempt(child, goal.former_seq, change)
-                    and child.name not in reported_names
+                    and child.name not in path_names
                 ][-1:]
                 or _make_root_causes(self._root_cause_finder.find_planner_cause(goal))
             )
         rules = self.goals.find_rules_before(change.seq)
         yield self._make_decision_cause(rules, goal.name, change.outcome)
 
-    def _find_deeper_causes(self, goal: GoalRecord, reported_names: set[str]) -> tuple[Cause, ...]:
+    def _find_deeper_causes(self, goal: GoalRecord, path_names: set[str]) -> tuple[Cause, ...]:
         """Return the causes of a related goal's outcome.
 
-        There are none if the tree already has the goal, or is too deep.
+        There are none if the goal is already above itself in the tree, or the tree is too deep.
         """
-        if goal.name in reported_names or len(reported_names) > _MAX_LEVELS:
+        if goal.name in path_names or len(path_names) > _MAX_LEVELS:
             return ()
-        return tuple(self._find_outcome_causes(goal, reported_names | {goal.name}))
+        return tuple(self._find_outcome_causes(goal, path_names | {goal.name}))
 
     def _make_decision_cause(self, rules: Sequence[str], name: str, state: str) -> Cause:
         """Return the rule that set a state: no event names this rule, so the last rule that fired counts."""
@@ -412,7 +412,7 @@ class GoalStoryWriter:
             yield from self._find_unfinished_work_causes(goal, depth)
 
     def _find_unfinished_work_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield the first unfinished action and the unfinished sub-goals of a goal."""
+        """Yield the first unfinished action of a dispatched goal, and the sub-goals not yet retracted."""
         open_actions = [action for action in goal.last_actions if action.state not in DONE_STATES]
         if goal.mode == "DISPATCHED" and open_actions:
             yield self._find_open_action_cause(goal, open_actions[0], len(open_actions) - 1)

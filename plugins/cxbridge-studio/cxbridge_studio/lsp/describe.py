@@ -186,7 +186,7 @@ def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
 
 
 def _find_trailing_comment(file: SourceFile, offset: int) -> str:
-    """Return the CLIPS comment at the end of the line of an offset; empty if there is none."""
+    """Return the comment after a semicolon in the rest of a line; empty without one, or with a string."""
     line = file.text[offset:].partition("\n")[0]
     # In a line with a string, a semicolon may be part of the string.
     return line.partition(";")[2].strip() if ";" in line and '"' not in line else ""

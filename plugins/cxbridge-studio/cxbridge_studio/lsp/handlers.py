@@ -95,6 +95,7 @@ def _answer_about_mention(
     """Return the answer about the name at a position; None if there is no name or the file is unknown.
 
     :param answer: returns the answer from the server, the file, the mention and the parameters.
+    :raises JsonRpcInvalidParams: if the answer fails, such as for a name that cannot be renamed.
     """
     file = ls.find_file(params.text_document.uri)
     mention = None if file is None else file.mention_at(ls.positions.to_offset(file, params.position))

@@ -1,6 +1,6 @@
 """The operations of the debugger on breakpoints, steps and the current stop; see docs/debugging.md.
 
-Each operation is a request of a daemon's clients, and a route of the REST API. The classes of parameters are
+An operation is a verb of RequestInterface, a route of the REST API, or both. The classes of parameters are
 private: the field names are part of requests and routes, but not the class names.
 """
 

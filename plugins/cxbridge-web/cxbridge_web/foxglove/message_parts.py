@@ -46,7 +46,7 @@ def make_pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 
 
 
 def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
-    """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
+    """Return a ``SceneUpdate``: nodes are spheres with labels, edges lines, and directed edges arrows."""
     positions = dict(_find_node_positions(event))
     undirected_edges: list[tuple[_Point, _Point]] = []
     directed_edges: list[tuple[_Point, _Point]] = []

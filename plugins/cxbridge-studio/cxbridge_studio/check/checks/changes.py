@@ -27,7 +27,8 @@ FORBIDDEN_VALUE: Final = Code(
     Severity.ERROR,
     "a value that the slot does not allow",
     "A modify or a duplicate gives a slot a value that its deftemplate does not allow. CLIPS "
-    "checks values only in assert and in patterns: the fact gets the value, and no rule matches it.",
+    "checks values only in assert and in patterns: the fact gets the value, which no literal in a pattern "
+    "matches.",
 )
 
 CODES: Final = (UNKNOWN_SLOT, FORBIDDEN_VALUE)

@@ -26,7 +26,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     if predicates and any(
         nearest_names(name, declared_names, MIN_PREDICATE_LIKENESS) for name in predicates - declared_names
     ):
-        predicates = None  # another check reports the misspelt predicate, and doubts would be consequences
+        predicates = None  # another check reports the misspelt predicate, from which doubts would follow
     for domain in domains:
         # With several domains, the facts of one domain say nothing about another domain.
         yield from doubts.make_findings(
@@ -37,7 +37,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _find_asserted_predicates(agent: Agent) -> frozenset[str] | None:
-    """Return the predicates of the facts that the agent asserts; None if any predicate is possible."""
+    """Return the predicates of the facts that the agent asserts; None if they are unknown."""
     facts = agent.own_facts("domain-fact")
     if not facts or any("name" not in fact.words_by_slot for fact in facts):
         return None

@@ -72,7 +72,7 @@ class AgentSources:
     texts: dict[str, str] = field(default_factory=dict)
 
     def add_file(self, file: TextFile) -> None:
-        """Add the names of a CLIPS file. Of two versions of a file, the later counts."""
+        """Add the names of a CLIPS file. Of two versions of a file, only the rules of the later count."""
         previous_text = self.texts.get(file.name)
         if previous_text == file.text:
             return
@@ -225,7 +225,7 @@ class FileCoverage:
 
     @property
     def watched_count(self) -> int:
-        """The number of rules with recorded firings."""
+        """The number of rules whose firings are recorded."""
         return sum(count is not None for _, count in self.rules)
 
     @property
@@ -265,7 +265,7 @@ class Coverage:
 
     @property
     def watched_count(self) -> int:
-        """The number of rules with recorded firings."""
+        """The number of rules whose firings are recorded."""
         return sum(file.watched_count for file in self.files)
 
     @property
@@ -275,7 +275,7 @@ class Coverage:
 
     @property
     def percent(self) -> float:
-        """The percentage of the rules with recorded firings that fired; 100 if there are no such rules."""
+        """The percentage of fired rules among those whose firings are recorded; 100 if there are none."""
         return 100.0 * self.fired_count / self.watched_count if self.watched_count else 100.0
 
 
@@ -304,7 +304,7 @@ def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tupl
     return Coverage(
         recorded_use.run_count,
         files,
-        # A goal that was formulated before the recording began counts once.
+        # A class whose goals were all formulated before the recording began counts once.
         _compare_names(
             {name: counts["FORMULATED"] or 1 for name, counts in recorded_use.modes.items()},
             agent.goal_classes,
