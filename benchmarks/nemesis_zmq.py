@@ -40,7 +40,7 @@ from cxbridge.interfaces.instance import Interface, Message
 
 HEARTBEAT_S = 0.1  # short, so that the daemon soon releases stopped processes
 TYPE, ID = "SkillerInterface", "contested"
-PAYLOAD_LENGTH = 900  # characters of a payload without its checksum
+PAYLOAD_LENGTH = 900  # characters of a payload without its checksum; the field has 1024 bytes
 
 
 class Journal:
@@ -175,7 +175,7 @@ def writer(url: str, journal: Journal) -> None:
 
 
 def reader(url: str, journal: Journal) -> None:
-    """Check the read blocks, and send a message after 20 reads."""
+    """Check the read blocks, and send a message after every 20 reads."""
     board = connect(url, "reader")
     instance = board.open_for_reading(TYPE, ID, owner="reader")
     newest: Counter[int] = Counter()  # the number of the newest write by process id
@@ -305,7 +305,7 @@ def check_end(url: str, processes: Processes) -> list[str]:
         processes.stop_all_but("daemon")
         stopped = time.monotonic()
         while has_writer():
-            if time.monotonic() - stopped > 20 * HEARTBEAT_S:  # 2.5 on a machine that is not busy
+            if time.monotonic() - stopped > 20 * HEARTBEAT_S:  # 2.5 heartbeats if the machine is not busy
                 return ["a stopped writer was not released"]
             time.sleep(0.001)
         released = (time.monotonic() - stopped) / HEARTBEAT_S

@@ -1,6 +1,7 @@
 """Fawkes' YAML configuration: typed values by path, read from files and their includes.
 
-Every value from a file has the file and the line. docs/configuration.md describes the dialect.
+Each value from a file records the file and the line of its definition. docs/configuration.md describes the
+dialect.
 """
 
 from __future__ import annotations

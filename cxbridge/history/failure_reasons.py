@@ -1,8 +1,8 @@
 """Finds why a goal has failed or was rejected during a run, in one line.
 
 The reasons must be cheap, because each failed goal needs one: the events of failed plan-actions and sub-goals
-are remembered, and facts are read only for the text of an error. ``cxbridge why`` of cxbridge-studio gives
-the full explanation.
+are remembered, and facts are read only for the arguments, errors and messages in the text. ``cxbridge why``
+of cxbridge-studio gives the full explanation.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class FailureReasons:
                     self._failed_sub_goals.pop(event.goal, None)
 
     def find_failure_reason(self, goal: GoalTransition) -> str:
-        """Return why a goal that just ended has failed or was rejected; empty if no reason is known."""
+        """Return why a goal that just ended has failed or was rejected; empty if not, or without a reason."""
         if goal.outcome not in _FAILURE_OUTCOMES:
             return ""
         action = self._failed_actions.get(goal.goal)

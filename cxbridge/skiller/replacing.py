@@ -14,7 +14,7 @@ _REFERENCE = re.compile(r"\$(?:([$&])|([0-9]{1,2}))")
 
 
 class PatternError(ValueError):
-    """The text is not a regular expression."""
+    """The text is not a supported regular expression."""
 
 
 @lru_cache(maxsize=256)  # chosen freely: far more patterns than usual action mappings have

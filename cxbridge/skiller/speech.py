@@ -39,8 +39,8 @@ INSTALL_VOICE = (
 
 def estimate_duration(text: str) -> float:
     """Return the approximate duration of a spoken text in seconds."""
-    # a linear fit to flite's voice cmu_us_kal in the recorded runs (texts of 8 to 19 characters), within 0.13
-    # s of each
+    # a linear fit to flite's voice cmu_us_kal in the recorded runs (texts of 8 to 19 characters), which
+    # differs from each by at most 0.13 s
     return _SECONDS_PER_TEXT + _SECONDS_PER_CHARACTER * len(text)
 
 

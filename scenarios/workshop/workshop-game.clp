@@ -27,7 +27,7 @@
   (modify ?goal (mode (nth$ (+ 1 (member$ ?mode ?modes)) ?modes))))
 
 (defrule workshop-order-open-interfaces
-  "Open the interface of each order; the referee writes the order into it when it is announced."
+  "Open the interface of each order, into which the referee writes the order at its announcement."
   (goal (id GAME) (mode DISPATCHED))
   (GameInterface (orders ?count))
   (not (workshop-order-interfaces-open ?count))
@@ -55,8 +55,8 @@
                         coats (rest$ ?wood-and-coats)))))
 
 (defrule workshop-game-over
-  "Finish the game when no sub-goal is in work; the game fails if an order was not delivered. A FORMULATED
-   order does not delay the end, because no order is selected after the production."
+  "Finish the game after the production, when no sub-goal is in work; the game fails if an order was not
+   delivered. A FORMULATED order does not delay the end, because no order is selected after the production."
   ?game <- (goal (id GAME) (mode DISPATCHED))
   (GameInterface (phase POST_GAME) (points ?points) (deliveries ?deliveries) (orders ?orders))
   (not (goal (parent GAME) (mode ~FORMULATED&~RETRACTED)))

@@ -33,7 +33,7 @@ class Dispatcher:
     def put(self, function: Callable[..., object], *args: Any, is_urgent: bool = False) -> None:
         """Queue a call.
 
-        :param is_urgent: whether a transport may make the call even while a listener waits for a reply.
+        :param is_urgent: whether a subclass may make the call even while a listener waits for a reply.
         """
         self._queue.put((function, args, is_urgent))
 

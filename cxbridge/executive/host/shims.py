@@ -1,9 +1,9 @@
 """CLIPS 6.30's functions that 6.4 removed or changed, made from 6.4's functions.
 
-:func:`remove_replaced_builtins` removes changed built-ins, and keeps the originals under names that begin
-with ``cx-``. :data:`FUNCTIONS` are deffunctions that behave as in 6.30 and call the originals.
-docs/evidence/clips.md lists the remaining differences. ``tests/executive/clips630`` compares every function
-with a real CLIPS 6.30.
+:func:`remove_replaced_builtins` removes built-ins, and keeps the originals that the replacements need under
+names that begin with ``cx-``. :data:`FUNCTIONS` are deffunctions that behave as in 6.30 and call the
+originals. docs/evidence/clips.md lists the remaining differences. ``tests/executive/clips630`` compares the
+functions with a real CLIPS 6.30.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ ADDED = frozenset(
         "with-open-file",
     ]
 )
-"""Functions missing in 6.30. An agent's function of the same name replaces them, see :func:`free_names`."""
+"""Functions missing in 6.30. An agent can define functions of these names, see :func:`free_names`."""
 
 OWN_NAMES: Final = {f"cx-{name}": name for name in _ORIGINALS}
 """The names of the originals in CLIPS' messages, and the names that agents know."""
@@ -138,6 +138,7 @@ FUNCTIONS = (
     # 6.30 counts the bytes of strings and symbols, too
     f"(deffunction length$ {_LENGTH}",
     f"(deffunction length {_LENGTH}",
+    # 6.30 finds an empty text after the end of every text
     (
         "(deffunction str-index (?part ?text)"
         ' (if (and (lexemep ?part) (eq "" (str-cat ?part)))'
@@ -212,7 +213,7 @@ _FUNCTION: Final = re.compile(r"\(deffunction (\S+) \(([^)]*)\)")
 
 
 CLIPS630_NAMES: Final = tuple(match[1] for match in map(_FUNCTION.match, FUNCTIONS) if match)
-"""The names of 6.30's functions."""
+"""The names of the deffunctions in :data:`FUNCTIONS`."""
 
 
 class Clips630Functions:

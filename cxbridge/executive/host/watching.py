@@ -52,7 +52,7 @@ class WatchItem:
 
 
 Follower: TypeAlias = Callable[[str, dict[str, str]], None]
-"""Gets the deftemplate of a fact, and all slots requested by any follower, as CLIPS prints them."""
+"""Gets a fact: the deftemplate, and the slots requested by any of its followers, as CLIPS prints them."""
 
 
 class _Followers:
@@ -109,7 +109,7 @@ class Watcher:
     def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
         """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
 
-        :raises ClipsError: if the item or a name is unknown.
+        :raises ClipsError: if the item is unknown, or a name after ``facts`` or ``rules``.
         """
         if item not in ("facts", "rules", "all"):
             raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
@@ -147,10 +147,10 @@ class Watcher:
         self._retract_followers.setdefault(template, _Followers()).add(follower, slots)
         self.set_hooks()
 
-    def follow_changes(self, template: str, call: Callable[[], None]) -> None:
-        """Call ``call`` for each assertion or retraction of a deftemplate."""
-        self.follow(template, lambda _template, _slots: call(), ())
-        self.follow_retractions(template, lambda _template, _slots: call(), ())
+    def follow_changes(self, template: str, callback: Callable[[], None]) -> None:
+        """Call ``callback`` for each assertion or retraction of a deftemplate."""
+        self.follow(template, lambda _template, _slots: callback(), ())
+        self.follow_retractions(template, lambda _template, _slots: callback(), ())
 
     def set_hooks(self) -> None:
         """Set the hooks that the present listeners and followers need.

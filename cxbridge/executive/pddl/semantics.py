@@ -42,7 +42,7 @@ from cxbridge.suggestions import did_you_mean
 _CHECKED_BY_FAWKES: Final = (Atom, And, Or, Not, Quantified)
 
 Scope = dict[str, tuple[str, ...]]
-"""The types of visible variables; a variable without types accepts any object."""
+"""The types of visible variables or of constants, by name; without types a name may be any object."""
 
 
 class DomainChecker:
@@ -116,7 +116,7 @@ class DomainChecker:
     def _refuse_duplicates(self) -> None:
         """Refuse names that are declared twice, because their facts would have the same ids."""
         domain = self._domain
-        # the kind, the name and the position of each declaration
+        # the kind as a noun, the name and the position of each declaration
         declarations: list[tuple[str, str, Position]] = [
             *(("predicate", predicate.name, predicate.position) for predicate in domain.predicates),
             *(("function", function.name, function.position) for function in domain.functions),
@@ -229,7 +229,7 @@ class DomainChecker:
                 "Predicate argument length missmatch,"
                 f" expected {len(parameter_types)} but got {len(atom.arguments)}",
                 atom.position,
-                f"({atom.predicate}) is declared in line {predicate.position.line}",
+                f"({atom.predicate}) is declared in line {predicate.position.line} of the domain",
             )
         for index, (argument, expected_types) in enumerate(zip(atom.arguments, parameter_types, strict=True)):
             actual_types = self._find_types(argument, scope)
@@ -262,12 +262,14 @@ class DomainChecker:
             return types_by_name[term.name]
         if isinstance(term, Variable):
             raise self._error(
-                f"Unknown Parameter ?{term.name}", term.position, "declare it in :parameters of the action"
+                f"Unknown Parameter ?{term.name}",
+                term.position,
+                "declare it in :parameters of the action, or in a quantifier",
             )
         raise self._error(
             f"Unknown constant {term.name}",
             term.position,
-            f"declare it in {self._declaring_section}, or write ?{term.name} for the parameter"
+            f"declare it in {self._declaring_section}, or write ?{term.name} for the variable"
             if term.name in scope
             else f"declare it in {self._declaring_section}",
         )

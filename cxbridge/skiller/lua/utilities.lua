@@ -1,4 +1,5 @@
--- Small modules of Fawkes that skills require: transforms of plain tables, centres of laser lines, triggers.
+-- Small modules of Fawkes that skills require: transforms of plain tables, centres of laser lines, triggers,
+-- initializers of modules.
 
 local core = ...
 local log, library = core.include("log"), core.include("library")
@@ -21,7 +22,7 @@ local function transform_pose(name, pose, from, to)
     return out
 end
 
---- Transform {x, y, ori} between frames; nil without a transform.
+--- Transform {x, y, ori} between frames, and add the new `frame`; nil without a transform.
 function tfutils.transform(position, from, to)
     local rotation = geometry.create_quaternion_from_yaw(position.ori)
     local pose = geometry.Pose:new(rotation, geometry.Vector3:new(position.x, position.y, 0))
@@ -38,7 +39,7 @@ function tfutils.is_stamped_pose(value) return geometry.type_of(value):match("::
 function tfutils.is_pose(value) return geometry.type_of(value):match("::Pose$") ~= nil end
 
 --- Transform {x, y, z, ori} with ori a quaternion or {x, y, z, w}, a Pose or a StampedPose. The result has the same
--- type, but for a Pose it is a StampedPose; nil without a transform.
+-- type, but for a Pose it is a StampedPose; nil without a transform, or for another type.
 function tfutils.transform6D(position, from, to)
     if tfutils.is_stamped_pose(position) or tfutils.is_pose(position) then
         return transform_pose("transform6D", position, from, to)

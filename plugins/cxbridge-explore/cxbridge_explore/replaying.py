@@ -34,7 +34,7 @@ class _ReportingChooser:
 
     def choose(self, point: ChoicePoint) -> int:
         if point.index < self._first_reported_index:
-            return USUAL
+            return USUAL  # the graph has this point of the path already
         number = self._graph.record_choice_point(
             self.edge, point.without_data(), *self._compute_digest(point)
         )

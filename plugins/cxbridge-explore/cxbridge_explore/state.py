@@ -2,8 +2,8 @@
 
 The state is the facts and globals of the agents, their blackboards, and the state of skills and properties.
 In the value, times are relative to now, and generated names (``gen12``) and message ids are numbered by their
-first occurrence. If a part of the state is hidden, such as the state of an executor in Python, the run is
-not compared with other runs.
+first occurrence. If a part of the state is hidden, such as that of an executor in Python, the state is
+not compared with other states.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from cxbridge_explore.playing import ExploredRun
     from cxbridge_explore.worlds.points import ChoicePoint
 
-# Features whose state is in facts or on the blackboard, or never changes.
+# Features whose state is in facts or on the blackboard, never changes, or is hidden from rules, such as the
+# blocked edges of navgraph.
 _STATELESS_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
 )
@@ -47,7 +48,7 @@ _CALLED_FUNCTION: Final = re.compile(r"\(([^\s()\"]+)")
 _CONTROL_RETRY_S: Final = 3.0
 
 # Computes the digest of the state at a choice point. Returns the digest and an empty text; or an empty digest
-# and the reason why the state cannot be compared.
+# and the reason why the state cannot be compared. Both are empty if states are not compared at all.
 ComputeDigest = Callable[["ChoicePoint"], tuple[bytes, str]]
 
 
@@ -107,7 +108,7 @@ class StateReader:
 class _Normalizer:
     """Replaces values that differ between runs without an effect: times, generated names, message ids.
 
-    Rules only compare generated names and message ids with each other, so that numbers replace them.
+    Rules only compare generated names and message ids with each other, so numbers can replace them.
 
     :param now_us: the time to which times are relative.
     """

@@ -1,8 +1,8 @@
 """The feature ``skill_execution`` of the thesis' executive, on the skill board.
 
-In ros2-clips-executive (2021), each call of a skill has a master, which requests an executor for the skill.
-The rules read the states of all masters once per tick. docs/skill-board.md describes the protocol. Sources:
-SkillExecutionFeature.cpp, SkillExecutionMaster.cpp.
+In the thesis' executive, ros2-clips-executive (2021), each call of a skill has a master, which requests an
+executor for the skill. The rules read the states of all masters once per tick. docs/skill-board.md describes
+the protocol. Sources: SkillExecutionFeature.cpp, SkillExecutionMaster.cpp.
 """
 
 from __future__ import annotations
@@ -225,7 +225,7 @@ class SimulatedSensors:
                 self._executed_actions.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
 
     def assert_effects(self) -> None:
-        """Assert the effects for which the recorded actions still wait."""
+        """Assert or retract the domain facts for whose change the recorded actions still wait."""
         if not self._executed_actions or not self._env.has_template(_PENDING_EFFECT_TEMPLATE):
             return
         effects = [slots for _, _, slots in self._env.facts(_PENDING_EFFECT_TEMPLATE)]

@@ -101,7 +101,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._keys = keys
         self._window = window
         self._max_sessions = max_sessions
-        # the attributes from here on are set while the server runs
+        # the state of the running server
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
         self._authenticator: Any = None
         self._epoch = b""
@@ -109,6 +109,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._sessions: dict[bytes, ZmqSession] = {}
         self._failed_sessions: deque[tuple[ZmqSession, ResultCode]] = deque()
         self._posted_calls: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+
         # three heartbeats, as for the death of a client; at least a second for the client's listeners
         delivery_timeout_s = max(3 * self.heartbeat, 1.0)
         self._requests: Final = RequestHandler(
@@ -116,7 +117,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         )
 
     def _prepare(self) -> None:
-        """Bind the sockets."""
+        """Start the authenticator, bind the sockets and observe the blackboard."""
         self._epoch = os.urandom(SERIAL_SIZE)
         self._context = make_context()
         self._authenticator = self._start_authenticator(self._context)
@@ -277,7 +278,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._requests.handle(session, frame)
 
     def _accept_number(self, session: ZmqSession, number: int) -> bool:
-        """Record a frame's number and return whether the number is the expected one."""
+        """Return whether a frame's number is the expected one, which is recorded; a gap fails the session."""
         session.last_received_s = time.monotonic()
         if number == session.last_number_received + 1:
             session.last_number_received = number
@@ -325,8 +326,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     def _mark_failed(self, session: ZmqSession, code: ResultCode) -> None:
         """Record that a session cannot continue.
 
-        The server ends the session after the current request, because the callers iterate over sessions and
-        their instances.
+        The server's loop ends the session later, because the callers iterate over sessions and their
+        instances.
         """
         if not session.has_failed:
             session.has_failed = True
@@ -344,13 +345,16 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._end_session(session)
 
     def _end_session(self, session: ZmqSession) -> None:
-        """Close the instances of a session."""
+        """End a session and close its instances."""
         session.has_failed = True
         if self._sessions.pop(session.id, None) is not None:
             self._requests.end_session(session)
 
     def _dismiss_client(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
-        """Notify a client that it has no session, and end the session if its commands socket is the route."""
+        """Notify a client that it has no session.
+
+        If the route is that of a session's commands socket, the session ends.
+        """
         session = self._sessions.get(route[1:])
         with contextlib.suppress(zmq.ZMQError):  # the client is lost, or does not read
             socket.send_multipart([EVENTS_PREFIX + route[1:], encode(Gone(code, text))], zmq.NOBLOCK)

@@ -1,4 +1,4 @@
-"""Mcap files, the recordings of cxbridge with all events."""
+"""Mcap files, cxbridge's own recordings."""
 
 from __future__ import annotations
 

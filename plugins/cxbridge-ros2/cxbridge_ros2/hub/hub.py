@@ -14,7 +14,9 @@ _HUB_QOS: Final = QosProfile(depth=100)  # the profile of PlanSys2 and of ros2-c
 
 
 class Hub:
-    """Publishes messages on the topic of a protocol, and receives all messages, including those of this node.
+    """Publishes messages and heartbeats on the topics of a protocol, and receives those of all nodes.
+
+    Each node also receives its own messages and heartbeats.
 
     :param node: a node that its owner polls, and closes to leave the hub.
     :param namespace: the prefix of the topics.

@@ -110,7 +110,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         )
 
     def action_masks(self) -> NDArray[np.int8]:
-        """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""
+        """Return 1 for each action that the free robot can execute, or for ``no-op`` alone without any."""
         return self._groundings.make_action_mask(self._decision.actions if self._decision else ())
 
     def close(self) -> None:

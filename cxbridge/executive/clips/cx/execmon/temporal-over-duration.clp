@@ -3,6 +3,8 @@
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
 ; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
 ; because ids that are numbered together share few buckets (docs/evidence/core.md).
+;
+; The start-time (0 0) is the default: the action has no start yet.
 
 (defrule xm-temporal-plan-warn-action-over-duration
   "An action runs longer than its planned duration: log it once, and add

@@ -48,7 +48,7 @@ _EVENT_NAMES: Final = {"type": text_type(TYPE_SIZE), "id": text_type(ID_SIZE)}
 
 
 class BoardKind(IntEnum):
-    """Kinds of messages, without WRITE (7): a write sends DATA_REFRESHED and DATA_CHANGED."""
+    """Kinds of messages, without WRITE (7): a write sends DATA_REFRESHED, DATA_CHANGED or both."""
 
     LIST_ALL = 0
     INTERFACE_LIST = 1
@@ -291,6 +291,7 @@ class InstanceEvent(BlackBoardMessage):
     """An added or removed instance of an interface.
 
     :param kind: READER_ADDED to WRITER_REMOVED.
+    :param serial: the notified instance.
     :param event_serial: the added or removed instance.
     """
 

@@ -68,7 +68,10 @@ class FluentChange(Struct, frozen=True):
 
 
 class ManagedGoal(Struct):
-    """A goal, and the names of the objects, actions and fluents that planning keeps; empty to keep all."""
+    """A goal, and the names of the objects, actions and fluents that planning keeps; empty to keep all.
+
+    The names of fluents include those of functions.
+    """
 
     formulas: list[Formula] = []
     kept_objects: tuple[str, ...] = ()
@@ -79,7 +82,9 @@ class ManagedGoal(Struct):
 class ManagedProblem:
     """A PDDL problem that services change.
 
-    :param problem_text: the text of the problem; empty for a problem without objects and facts.
+    :param problem_text: the text of the problem, whose goal is ignored, as in ``pddl_manager``; empty for a
+        problem with the objects of the domain alone, and without facts.
+    :raises PddlError: if the domain or the problem is invalid.
     """
 
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
@@ -148,6 +153,10 @@ class ManagedProblem:
         self.functions[self._make_ground(name, arguments, self._function_parameters)] = value
 
     def add_object(self, name: str, type_name: str) -> None:
+        """Add an object.
+
+        :raises PddlError: if the type is unknown, or the object exists already.
+        """
         if not self.has_type(type_name):
             raise PddlError(f"the domain has no type '{type_name}'")
         if name in self.objects:
@@ -201,7 +210,7 @@ class ManagedProblem:
         )
 
     def find_unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
-        """Return the unsatisfied start conditions of an action, in unified-planning's notation.
+        """Return the unsatisfied start conditions of an action; see :func:`_format_condition`.
 
         :raises PddlError: if the action is unknown, or the arguments do not fit.
         """
@@ -346,7 +355,7 @@ def _find_conjuncts(formula: Formula | None, time_point: str = "START") -> Itera
 
 
 def _format_condition(formula: Formula, bindings: dict[str, str]) -> str:
-    """Return a condition in unified-planning's notation."""
+    """Return a fluent or its negation in unified-planning's notation, and any other condition in PDDL."""
     match formula:
         case Atom(predicate=name, arguments=terms):
             arguments = ", ".join(_list_argument_names(terms, bindings))

@@ -6,7 +6,7 @@ import { spansOf } from "cx/timeline/spans.js";
 
 const NEAR = 6; // pixels: the greatest distance of the pointer from a mark; from a bar, a third of it
 
-/** Whether a value of the axis lies in a span, or closer to it than `slack`. */
+/** Whether a value of the axis lies in a span, or at most `slack` away. */
 const isWithin = (span, value, { axis }, now, slack) =>
   span.from[axis] - slack <= value && (span.to || now)[axis] + slack >= value;
 

@@ -10,7 +10,7 @@ export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
 const VALUES_MS = 1000, // the shortest time between two requests for values
   LIST_MS = 5000; // the shortest time between two requests for the list
-/** The number of readers behind the writer, or "". */
+/** The text about the readers, which follows the writer; "" without readers. */
 const readersOf = ({ readers }) => (readers.length ? ", " + plural(readers.length, "reader") : "");
 const interfaceRow = (item) => [
   el(

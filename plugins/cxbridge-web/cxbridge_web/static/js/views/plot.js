@@ -10,9 +10,9 @@ import { plotAddress, plotsOf } from "cx/plot/store.js";
 import { Lifetime } from "cx/scaffold.js";
 
 export const tab = { title: "Plot", order: 55 };
-export const moment = "own";
+export const moment = "own"; // the chart marks the selected moment itself
 export const kinds = ["interface", "loop"];
-const TICK_MS = 200; // the period of a followed run
+const TICK_MS = 200; // the period of drawing while the chart follows a run
 const MOST_SHOWN = 60; // completions at a time
 let spanUs = 60e6; // the followed stretch of time; outlives the view
 
@@ -91,7 +91,7 @@ export function open(root, app) {
       statusAgeMs = status?.clock === "real" ? performance.now() - app.statusAt : 0;
     return status && connection === "open" ? Math.max(last, status.now_us + statusAgeMs * 1000) : last;
   }
-  /** The begin of the recording, or of the live series, but at least a second before the end. */
+  /** The beginning of the recording, or of the live series, but at least a second before the end. */
   function begin() {
     if (app.recording) return app.recording.begin;
     return Math.min(end() - 1e6, ...store.series.filter(({ count }) => count).map(({ times }) => times[0]));
@@ -190,7 +190,7 @@ export function open(root, app) {
       const bounds = (!series.words && series.range(chart.from, chart.to)) || ["", ""], // least, greatest
         value = series.count ? series.text(series.at(time)) || "not yet" : "no samples",
         texts = [value, ...bounds.map((bound) => (bound === "" ? "" : numberText(bound)))];
-      for (const [at, cell] of (cells.get(series.name) || []).entries()) cell.textContent = texts[at];
+      for (const [index, cell] of (cells.get(series.name) || []).entries()) cell.textContent = texts[index];
     }
   }
 
