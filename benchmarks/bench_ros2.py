@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 COUNT = 300
-"""The number of round trips of each kind in a round."""
+"""The number of round trips of each kind in a round; chosen freely."""
 ROUNDS = 5
+"""The number of turns of cxbridge and rclpy; chosen freely, odd for the sake of the medians."""
 REPLY_TIMEOUT_S = 5.0
 """The time after which a round trip ends without a reply: far more than a round trip takes."""
 
@@ -38,14 +39,14 @@ def measure_cxbridge() -> dict[str, float]:
         received: list[object] = []
 
         def median_trip_us(begin: Callable[[int], object]) -> float:
-            times = []
+            trip_seconds = []
             for number in range(COUNT):
                 before, started = len(received), time.perf_counter()
                 begin(number)
                 while len(received) == before and time.perf_counter() - started < REPLY_TIMEOUT_S:
                     node.poll(0.5)
-                times.append(time.perf_counter() - started)
-            return statistics.median(times) * 1e6
+                trip_seconds.append(time.perf_counter() - started)
+            return statistics.median(trip_seconds) * 1e6
 
         node.subscribe("/back", "std_msgs/msg/String", received.append)
         publisher = node.create_publisher("/there", "std_msgs/msg/String")

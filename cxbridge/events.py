@@ -366,7 +366,6 @@ class EventBus:
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
         """Pass all further events of exactly these types to ``sink``, not those of derived types."""
-        # a new list and new tables instead of changed ones: emit reads them without the lock, in any thread
         with self._lock:
             self._subscriptions = [*self._subscriptions, (frozenset(event_types), sink)]
             self._index_subscriptions()
@@ -396,14 +395,14 @@ class EventBus:
 
     def emit(self, event: Event) -> None:
         """Pass an event to the sinks of its type."""
-        # without the lock: a subscription replaces the dictionary and never changes it
+        # without the lock, in any thread: a subscription replaces the dictionary and never changes it
         for sink in self._sinks_by_type.get(type(event), ()):
             sink(event)
 
     def emit_source(
         self, role: str, owner: str, name: str, data: bytes | None = None, **details: str
     ) -> None:
-        """Emit :class:`SourceRead` if it has a listener."""
+        """Emit :class:`SourceRead` if it has a sink."""
         if self.wants(SourceRead):
             self.emit(SourceRead(self.clock.now_us(), role, owner, name, data, details))
 
@@ -420,7 +419,7 @@ class Logger(Struct, frozen=True):
 
     @property
     def enabled(self) -> bool:
-        """Whether log lines have a listener; producers ask before they format many lines."""
+        """Whether log lines have a sink; producers ask before they format many lines."""
         return self.bus.wants(LogLine)
 
     def log(self, level: Level, text: str) -> None:

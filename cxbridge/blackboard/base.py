@@ -158,7 +158,7 @@ class BlackBoard(ABC):
         :param interface: the class or the type's name.
         :param owner: the opener's name, for lists and log lines.
         :param listen: registers a listener before any event of the instance, see :func:`listening`.
-        :raises InvalidNameError: if the type or the id is empty or too long.
+        :raises InvalidNameError: if the type or the id is empty or too long, or the id contains NUL.
         :raises UnknownTypeError: if the type is unknown.
         :raises InterfaceDefinitionError: if the definition is wrong.
         :raises VersionMismatchError: if the interface is open in another version of the type.
@@ -206,7 +206,7 @@ class BlackBoard(ABC):
         :param queue_limit: the maximum number of queued messages, by default 1,024.
         :param listen: registers a listener before any event of the instance, see :func:`listening`.
         :raises WriterActiveError: if the interface has a writer.
-        :raises InvalidNameError: if the type or the id is empty or too long.
+        :raises InvalidNameError: if the type or the id is empty or too long, or the id contains NUL.
         :raises UnknownTypeError: if the type is unknown.
         :raises InterfaceDefinitionError: if the definition is wrong.
         :raises VersionMismatchError: if the interface is open in another version of the type.

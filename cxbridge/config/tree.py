@@ -32,7 +32,7 @@ class NodeKind(Enum):
 class ConfigNode(Struct):
     """A node of the tree.
 
-    :param kind: determines which of the following fields are set.
+    :param kind: determines which of ``text``, ``items`` and ``children`` is set.
     :param mark: the place in the file.
     :param text: the unquoted text of a scalar.
     :param items: the elements of a list.
@@ -57,7 +57,7 @@ class ConfigNode(Struct):
         return node
 
     def leaves(self, prefix: str) -> Iterator[tuple[str, ConfigNode]]:
-        """Yield path and node of all leaves below this node in the order of the file."""
+        """Yield path and node of all leaves below this node, in the order in which files first name them."""
         for key, child in self.children.items():
             path = f"{prefix}/{key}"
             if child.children:
@@ -126,8 +126,9 @@ class TreeBuilder:
         """Return the tree of a YAML node.
 
         :param depth: the number of path elements above the node.
-        :raises ConfigError: for an unknown tag, a value that violates its tag, a list of lists, an invalid
-            key, a key with two values of different kinds, or values that are nested too deep.
+        :raises ConfigError: for an unknown tag, a value that violates its tag, a list or map among the single
+            values of a list, a list of lists, an invalid key, a key with two values of different kinds, or
+            values that are nested too deep.
         """
         check_tag(node)
         if isinstance(node, YamlScalar):

@@ -1,8 +1,8 @@
 """Calls of explainers: modules of plug-ins that explain runs and mistakes of agents.
 
 An explainer module has one or several functions, which docs/plugins.md lists. A function of this module calls
-the function of the first explainer that has it; :func:`with_explanations` calls those of all explainers. The
-modules are imported at the first call.
+the function of the first explainer that has it; :func:`with_explanations` calls those of all explainers. A
+module is imported when a call first looks for a function in it.
 """
 
 from __future__ import annotations
@@ -101,8 +101,8 @@ def make_explainer(run: RecordedRun, at_s: float | None = None, env: str | None 
     :param env: the CLIPS environment; None: the executive's, or the only one.
     :raises CxbridgeError: if the run cannot be read, or no plug-in explains runs.
     """
-    explain_question: RunExplainer = next(_find_functions("explainer"), _raise_no_explainer)(run, at_s, env)
-    return explain_question
+    run_explainer: RunExplainer = next(_find_functions("explainer"), _raise_no_explainer)(run, at_s, env)
+    return run_explainer
 
 
 def _raise_no_explainer(*_arguments: object) -> NoReturn:

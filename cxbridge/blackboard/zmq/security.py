@@ -67,7 +67,7 @@ def load_keys(path: Path, *, needs_secret: bool = True) -> tuple[bytes, bytes]:
     """Return the public and the secret key of a file; the secret key is empty if the file has none.
 
     :param needs_secret: whether a file without secret key is an error.
-    :raises EndpointError: if the file is missing or lacks the key.
+    :raises EndpointError: if the file is missing or unusable, or lacks the key.
     """
     from zmq.auth import load_certificate  # noqa: PLC0415 - slow to import, and rarely needed
 

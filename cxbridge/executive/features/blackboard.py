@@ -79,8 +79,8 @@ class BlackBoardFeature(Feature):
     """Provides the ``blackboard-*`` functions.
 
     :param board: the blackboard of the environments.
-    :param retract_early: Fawkes' ``/clips/retract-early``: retract interface facts after each run of the
-        rules.
+    :param retract_early: Fawkes' ``/clips/retract-early``: retract interface facts at the end of each
+        run of the rules.
     :param sender: the sender of messages, by default the name of the executive's thread in Fawkes.
     """
 
@@ -311,7 +311,7 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _send_msg(context: _BlackBoardContext, address: ExternalAddress) -> Value:
-        """Send a message; return its id in the writer's queue, or 0 after a failure."""
+        """Send a message; return the message's id, or 0 after a failure."""
         message = context.messages.pop(address.handle, None)
         if message is None:
             reason = "was it already sent?" if address.handle else "the pointer is wrong."

@@ -2,7 +2,7 @@
 
 Shims (:mod:`cxbridge.executive.host.shims`) replace functions that 6.4 removed, changed or added. In users'
 files `modify` makes a new fact, as in 6.30; the built-in core relies on 6.4's faster `modify`.
-docs/evidence/clips.md lists all differences.
+docs/evidence/clips.md lists the differences.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class ClipsEnvironment:
     :param name: the unique name, e.g. ``executive``.
     :param log_component: the component of log lines, by default ``CLIPS (NAME)``.
     :ivar faults: messages about faulty Python functions and endless rules. A run with faults has failed.
-    :ivar quit_requested: whether the agent has requested the end of the program, by ``(quit)`` or ``(exit)``.
+    :ivar quit_requested: whether the program must end: after ``(quit)`` or ``(exit)``, or a faulty run.
     """
 
     output_router: ClassVar[type[OutputRouter]] = OutputRouter
@@ -322,7 +322,7 @@ class ClipsEnvironment:
             yield int(lib.FactIndex(fact)), name, slot_values(fact)
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield the values of some slots for each fact of a deftemplate; none if a slot does not exist."""
+        """Yield the values of some slots for each fact of a deftemplate; none if it or a slot is unknown."""
         names, value = [encode(slot) for slot in slots], ffi.new("CLIPSValue *")
         deftemplate = lib.FindDeftemplate(self.c_env, encode(template))
         # an agent may define a deftemplate of this name with other slots, whose values do not exist
@@ -398,12 +398,12 @@ class ClipsEnvironment:
             chunk_firing_count = int(lib.Run(self.c_env, chunk_size))
             self.is_firing = self.output.is_firing = False
             firing_count += chunk_firing_count
-            if self.api.is_halted():  # an error has ended a right-hand side, and the run with it
+            if self.api.is_halted():  # an error or the host has ended a right-hand side, and the run with it
                 self.api.clear_halt()
                 # an error without a firing would occur again and again
                 if chunk_firing_count == 0 or self._is_ended_by_host or not self.has_activations(1):
                     break
-            elif chunk_firing_count < chunk_size or self._is_ended_by_halt:
+            elif chunk_firing_count < chunk_size or self._is_ended_by_host or self._is_ended_by_halt:
                 break
             # a limited run ends by itself, unless it is a part of a run without limit
             has_limit = limit >= 0 and not fired_before

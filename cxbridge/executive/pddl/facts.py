@@ -53,7 +53,8 @@ class FactToAssert(Struct, frozen=True):
     """A fact to assert.
 
     :param template: the deftemplate.
-    :param slots: symbols, or tuples of symbols for multislots; missing slots get their defaults.
+    :param slots: a symbol or PDDL text for a slot, a tuple of symbols for a multislot; missing slots get
+        their defaults.
     """
 
     template: str
@@ -302,5 +303,6 @@ class _FactMaker:
         noun = nouns.get(type(formula), f"'{formula.head}'")
         message = f"{noun} in an effect cannot be expressed as facts"
         if not self._fawkes_compat:
-            raise self._error(message, formula.position, "split the action into two")
+            hint = "split the action into two" if isinstance(formula, When) else None
+            raise self._error(message, formula.position, hint)
         self._warn_about_dropped_part(message, formula.position)

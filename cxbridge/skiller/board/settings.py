@@ -122,7 +122,7 @@ class ExecutorSettings:
 
 @dataclass(frozen=True, slots=True)
 class AgentSettings:
-    """An agent of the skill board.
+    """The settings of an agent of the skill board.
 
     :param skiller: the id of the agent's SkillerInterface.
     """
@@ -134,7 +134,7 @@ class AgentSettings:
 
 @dataclass(frozen=True, slots=True)
 class BoardSettings:
-    """A skill board.
+    """The settings of a skill board.
 
     :param name: the id of the SkillBoardInterface.
     :param in_process: whether this process makes the executors.
@@ -249,7 +249,7 @@ def _read_executor(config: Configuration, agent: str, key: str, folder: Path) ->
 
 def parse_value(text: str) -> bool | float | str:
     """Return the value of a configured text or of ``--set``: a number, a boolean, or the text."""
-    # the narrowest type first, as Fawkes' YAML reader tries them
+    # in the order in which Fawkes' YAML reader tries the types
     for convert in (to_uint, to_int, to_float, to_bool):
         value = convert(text)
         if value is not None:

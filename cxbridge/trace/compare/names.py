@@ -34,13 +34,13 @@ MSGID: Final = "msgid"
 """The field or slot with the id of the message that the writer of an interface processed last."""
 
 MAX_CACHED_TEXTS: Final = 20_000
-"""The number of texts whose names are cached, because the events of a goal repeat their texts."""
+"""The maximum number of texts with cached names. The events of a goal repeat their texts."""
 
 PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
 """The pattern of the text that replaces a name."""
 
 Names: TypeAlias = tuple[int, ...]
-"""The names in a text, in order, as numbers by first appearance in the run."""
+"""The names in a text as numbers by first appearance in the run: gensym ids, UUIDs, then fact indices."""
 
 
 def replace_names(text: str) -> str:

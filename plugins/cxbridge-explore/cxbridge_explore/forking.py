@@ -42,7 +42,10 @@ def fork() -> int:
 
 
 def has_ended(child_pid: int) -> bool:
-    """Return whether a child has ended, without waiting. The system forgets the child after its end."""
+    """Return whether a child has ended, without waiting.
+
+    :raises ChildProcessError: if the process is not a child, or an earlier call has returned True.
+    """
     return os.waitpid(child_pid, _os.WNOHANG) != (0, 0)
 
 

@@ -1,7 +1,7 @@
 """Definitions of messages and services that rosbags lacks, so that users do not need their packages.
 
-The constants of the messages of hubs are left out, since constants are neither on the wire nor in type
-hashes. :mod:`cxbridge_ros2.hub.protocol` has the constants as enums.
+The constants of the messages of ``plansys2_msgs`` and ``cx_msgs`` are left out, since constants are neither
+on the wire nor in type hashes. :mod:`cxbridge_ros2.hub.protocol` has the constants as enums.
 """
 
 from __future__ import annotations

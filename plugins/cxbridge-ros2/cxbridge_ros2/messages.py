@@ -51,14 +51,14 @@ class Codec:
     def encode(self, name: TypeName, message: Mapping[str, Any]) -> bytes:
         """Return a message as little-endian CDR with its encapsulation header.
 
-        :raises Ros2Error: if the message does not fit the type.
+        :raises Ros2Error: if the type is unknown, or the message does not fit it.
         """
         return bytes(self._store.serialize_cdr(self._to_instance(name, message, str(name)), str(name)))
 
     def decode(self, name: TypeName, encoded_message: bytes | memoryview) -> Message:
         """Return the message in CDR bytes. Extra bytes at the end are ignored, since some RMWs send them.
 
-        :raises Ros2Error: if the bytes are not a message of this type.
+        :raises Ros2Error: if the type is unknown, or the bytes are not a message of this type.
         """
         self._definitions.find_fields(name)  # loads the type into the store
         try:

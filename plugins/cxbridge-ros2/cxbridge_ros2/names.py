@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from cxbridge.errors import Ros2Error
 
-_TOPIC_PATTERN: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+_ROS_NAME_PATTERN: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 _TYPE_PATTERN: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
 # The suffix of a type that ROS derives from a service or an action.
 _DERIVED_SUFFIX_PATTERN: Final = re.compile(
@@ -69,7 +69,7 @@ def check_ros_name(name: str) -> str:
     :raises Ros2Error: if the name is relative, or invalid in ROS.
     """
     # ROS 2 reserves two underscores in a row for the conversion of names, such as / to __
-    if _TOPIC_PATTERN.fullmatch(name) is None or "__" in name:
+    if _ROS_NAME_PATTERN.fullmatch(name) is None or "__" in name:
         raise Ros2Error(
             f"'{name}' is not an absolute name of a topic, a service or an action",
             hint="a name begins with / and has letters, digits and single _",

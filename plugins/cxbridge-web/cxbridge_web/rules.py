@@ -1,6 +1,6 @@
 """The rules of a CLIPS environment with their activations, read directly from CLIPS.
 
-clipspy lists neither rules nor activations, so CLIPS' C functions walk them.
+CLIPS' C functions walk them: clipspy's classes need its own ``Environment``, which cxbridge does not use.
 """
 
 from __future__ import annotations

@@ -100,8 +100,10 @@ RINGS: dict[str, tuple[list[str], list[str], list[str]]] = {
     ),
 }
 
-CLOSURE = ["(defrule begin (edge ?a ?b) => (assert (way ?a ?b)))"]
-CLOSURE += ["(defrule on (way ?a ?b) (edge ?b ?c) => (assert (way ?a ?c)))"]
+CLOSURE = [
+    "(defrule begin (edge ?a ?b) => (assert (way ?a ?b)))",
+    "(defrule on (way ?a ?b) (edge ?b ?c) => (assert (way ?a ?c)))",
+]
 
 WORK: dict[str, tuple[list[str], list[str], int]] = {
     "facts, the last first": (
@@ -219,9 +221,11 @@ def test_growing_facts_end_at_limit_of_firings(env, monkeypatch):
 
 
 @pytest.mark.parametrize("last", [1, 19, 20, 21, 59, 60, 61, 139, 140, 340, 540])
-def test_halt_ends_run_at_any_firing(env, last):
+@pytest.mark.parametrize("function", ["halt", "end-after-rule"])
+def test_halt_and_host_end_run_at_any_firing(env, last, function):
+    env.define("end-after-rule", env.end_after_rule)
     env.build(
-        f"(defrule a ?f <- (x ?n) => (retract ?f) (assert (x (+ ?n 1))) (if (= ?n {last}) then (halt)))"
+        f"(defrule a ?f <- (x ?n) => (retract ?f) (assert (x (+ ?n 1))) (if (= ?n {last}) then ({function})))"
     )
     env.assert_string("(x 1)")
     assert env.run() == last

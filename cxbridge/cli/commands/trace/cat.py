@@ -16,7 +16,7 @@ def cat(
         list[str] | None,
         typer.Option(
             help="Print only events of this kind: log, rule, fact, goal, plan-action, skill, interface, "
-            "message, planner."
+            "message, planner, navgraph, loop."
         ),
     ] = None,
     match: Annotated[

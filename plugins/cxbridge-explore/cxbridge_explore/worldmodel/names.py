@@ -114,8 +114,6 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
         agent.registry.get(interface_type)
     except CxbridgeError as error:
         raise mark.error(error.message, error.hint) from None
-    except ValueError:
-        raise mark.error(f"'{uid}' is not a TYPE::ID", "write e.g. BatteryInterface::Robot") from None
 
 
 def _check_sensed(sensed: SensedField, agent: Run) -> None:

@@ -1,7 +1,7 @@
 """The effects of a ground action: a case for each combination of its conditional effects.
 
 An action with ``(when C E)`` has a case in which ``C`` is true and ``E`` happens, and a case in which ``C``
-is false. Each case becomes a STRIPS operator.
+is false; a condition with alternatives has several cases. Each case becomes a STRIPS operator.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cxbridge_planning.compile.conditions import (
 from cxbridge_planning.errors import PlanningError
 
 MAX_CONDITIONS: Final = 8
-"""The maximum number of distinct conditions in an action. Each may double the number of cases."""
+"""The maximum number of distinct conditions in an action. Each may multiply the cases, usually by two."""
 
 
 # the alternatives in which the condition of an effect is true, and those in which it is false
@@ -62,7 +62,7 @@ def find_effect_cases(
     """Yield the cases of a ground action.
 
     :param precondition: an alternative of the action's precondition.
-    :raises PlanningError: if there are too many conditional effects, or an unsupported effect.
+    :raises PlanningError: if the effects have too many different conditions, or an effect is unsupported.
     """
     unconditional_changes: set[Change] = set()
     changes_by_condition: dict[_SplitCondition, set[Change]] = {}

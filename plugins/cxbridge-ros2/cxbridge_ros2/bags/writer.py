@@ -1,7 +1,7 @@
 """Writer of runs as ROS 2 bags.
 
 Each event is a message with JSON on a topic of cxbridge, from which the reader restores the run. Log lines
-and frames are also on /rosout and /tf, where the tools of ROS look for them.
+are also on /rosout, and frames on /tf or /tf_static, where the tools of ROS look for them.
 """
 
 from __future__ import annotations

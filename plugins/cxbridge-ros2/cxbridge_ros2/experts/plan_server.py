@@ -61,7 +61,7 @@ class PlanServer(Closing):
             reply({"success": True})
 
     def send_plans(self) -> None:
-        """Send the responses to requests whose plans are made."""
+        """Send the responses to requests whose planning has ended."""
         for call, reply in list(self._calls_with_replies):
             result = call.result
             if result is None:  # the planner has not ended

@@ -47,9 +47,9 @@ class TopicSettings(Struct, frozen=True):
     :param direction: ``publish`` to send writes to the topic, ``write`` to write received messages.
     :param topic: the topic; None for ``/blackboard/TYPE/ID``.
     :param type_name: the message type; None for the generated type.
-    :param paths: the path in the message of each interface field.
+    :param paths: the paths in the message, by interface field; empty without a message type.
     :param constants: the constant values in the message, by path.
-    :param stamp_path: the path of the time in the message; may be empty.
+    :param stamp_path: the path in the message of the time of the write; empty for none.
     """
 
     key: str

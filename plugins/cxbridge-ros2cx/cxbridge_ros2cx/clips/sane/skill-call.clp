@@ -1,4 +1,4 @@
-;;; skill-call as in the executive of the thesis, but with the id of the agent that executes the skill.
+;;; skill-call as in ros2-clips-executive (2021), but with the id of the agent that executes the skill.
 
 (deffunction skill-words (?values)
   "The values as a text, separated by blanks."
@@ -13,7 +13,7 @@
   (bind ?skill-string (map-action-skill ?name ?param-names ?param-values))
   (bind ?words (skill-words ?param-values))
   (bind ?id (sym-cat ?name "_" (gensym*)))
-  ; logwarn, as in the executive of the thesis
+  ; logwarn, as in ros2-clips-executive
   (printout logwarn "Calling skill '" ?name " " ?words "' mapped to '" ?skill-string "'" crlf)
   (call-skill-execution ?id ?name ?words ?skill-string ?agent)
   (assert (skill (id ?id) (name (sym-cat ?name)) (parameters ?words) (skill-string ?skill-string)

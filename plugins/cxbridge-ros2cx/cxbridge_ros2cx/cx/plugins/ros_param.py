@@ -36,7 +36,7 @@ class RosParamPlugin(CxPlugin):
     def _get_parameter(self, name: str, default: Value) -> Value:
         """Return a parameter's value; the first call for a parameter declares it.
 
-        :raises ClipsError: if the parameter has another type than the default.
+        :raises ClipsError: if the parameter has another type than the default, or ROS has no such default.
         """
         parameter = self.parameters.find(str(name))
         default_value = _to_ros_value(default)

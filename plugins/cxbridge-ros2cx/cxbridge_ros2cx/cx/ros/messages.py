@@ -214,7 +214,7 @@ def _clear_fields(fields: Fields) -> None:
         if isinstance(value, str | list | bytes):
             fields[name] = type(value)()
         elif isinstance(value, dict):
-            fields[name] = dict(value)
+            fields[name] = dict(value)  # a copy, because the receiving message has the mapping
             _clear_fields(fields[name])
 
 

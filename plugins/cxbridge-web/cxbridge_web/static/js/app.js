@@ -138,7 +138,7 @@ class App extends EventTarget {
     return () => this.renewals.delete(call);
   }
 
-  /** Read the first status, from whose begin of the run times count; wait for it at most LEAST_PERIOD_MS. */
+  /** Read the first status, whose start of the run is the zero of times; wait at most LEAST_PERIOD_MS. */
   async firstStatus() {
     const timeout = new Promise((done) => {
       setTimeout(done, LEAST_PERIOD_MS);
@@ -186,7 +186,7 @@ class App extends EventTarget {
     for (const listener of [...this.listeners]) listener();
   }
 
-  /** The begin of the run, microseconds; null: unknown. */
+  /** The start of the run, microseconds; null: unknown. */
   get zero() {
     if (this.recording && !this.recording.isPast) return this.recording.begin;
     return this.status ? this.status.started_us : null;
@@ -214,7 +214,7 @@ class App extends EventTarget {
   }
   get environments() {
     if (this.recording) return this.recording.environments;
-    return this.status?.environments.map((each) => each.name) ?? [];
+    return this.status?.environments.map(({ name }) => name) ?? [];
   }
   /**
    * Change the selection, and dispatch an event `select`.

@@ -12,7 +12,7 @@ const ROW_HEIGHT = 22, // of a lane
   MARGINS = 64, // of both sides of the document
   PIXELS_A_SECOND = 6,
   LETTER_WIDTH = 6.6, // mean
-  TICK_PIXELS = 100; // the least distance of two ticks
+  TICK_PIXELS = 100; // the least distance between two ticks
 const TICK_STEPS_S = [1, 2, 5, 10, 30, 60, 120, 300, 600]; // seconds between two ticks
 
 /** The y of the middle of a lane. */
@@ -29,7 +29,7 @@ function tickTimes(seconds, width) {
 /**
  * Draw a lane for each run.
  * @param rows {label, begin, end (both seconds), kind: a CSS class, title, href, from: the index of the
- * lane that the run left, -1 for none; isViolated}
+ * lane that the run left, -1 for none; isViolated: whether the run violates a property}
  * @param endSeconds the end of the axis
  * @param about a description for screen readers
  */
