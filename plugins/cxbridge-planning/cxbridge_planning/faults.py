@@ -16,8 +16,8 @@ FAULTS: Final = "planning.faults"
 ChooseFault = Callable[[str, str], tuple[str, float]]
 """Chooses the fault of a call, given the environment and the name of the problem.
 
-The result is the status of a call that gets no plan (empty: the call gets its plan), and the seconds by which
-the plan is late.
+The result is the status of a call that gets no plan (empty: the call gets its plan), and the seconds from the
+request during which the plan is withheld.
 """
 
 
@@ -34,7 +34,7 @@ class FaultyPlanning(PlanningService):
         self._choose_fault, self._env, self._now_us = choose_fault, env, now_us
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start a call with the chosen fault: it has ended without a plan, or its plan is late.
+        """Start a call with the chosen fault, if any: it has ended without a plan, or its plan is late.
 
         :raises ValueError: if the chosen status is not a value of :class:`PlanStatus`.
         """

@@ -28,11 +28,13 @@ ReceiveFrame = Callable[[LinkRole, int, str, int, Frame], None]
 class Peer(asyncio.DatagramProtocol):
     """An end of protobuf_comm's broadcast: sends to one address, and receives from all hosts.
 
+    A peer that sends to this machine only also receives from this machine only.
+
     :param peer_id: the id of the peer in the environment.
     :param address: the IPv4 address or the name of the host to which the peer sends.
     :param send_port: the port of that host.
     :param crypter: encrypts the messages; None for unencrypted messages.
-    :param receive_frame: called with the sender and the frame of each received datagram.
+    :param receive_frame: called with the sender and the frame of each valid datagram from another peer.
     :param inbox: gets warnings; while the inbox is full, datagrams are dropped.
     """
 

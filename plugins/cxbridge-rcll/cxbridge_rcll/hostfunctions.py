@@ -47,7 +47,7 @@ _TASKS: Final = {
     "mps-ss-store": (STORE, 2),
     "mps-ss-relocate": (RELOCATE, 4),
 }
-_NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)  # the result before a field has been generated
+_NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)  # the result without a generated field
 
 
 def define_config_functions(env: ClipsEnvironment, config: Configuration, refbox: Refbox) -> None:

@@ -36,7 +36,7 @@ class LocalReferee:
         self._network = LocalNetwork()
         self._config = config = refbox.load_configuration(*overlays)
         for station in config.keys(STATIONS_PATH):
-            # instead of the configured `mockup`, with which the rules take missing payments of bases for made
+            # instead of the configured `mockup`, with which the rules assume that missing bases were paid
             config.set(f"{STATIONS_PATH}{station}/connection", "simulated")
         self._refbox, self._seed = refbox, seed
 

@@ -32,7 +32,7 @@ def find_award_category(reason: str) -> str:
 
 
 def read_score(env: ClipsEnvironment) -> Score:
-    """Return the score, with awards and deliveries sorted by time: CLIPS yields facts in another order.
+    """Return the score, with awards and deliveries sorted by time: CLIPS may yield facts in another order.
 
     :param env: the environment of the referee's rules.
     """

@@ -70,7 +70,8 @@ class RobotMemory(Closing):
     def open(self) -> Store:
         """Return the store. The first call opens the store, and writes the interfaces of replica sets.
 
-        :raises CxbridgeError: if the configuration is wrong or the store cannot be opened.
+        :raises CxbridgeError: if the configuration is wrong, the store cannot be opened, or an interface has
+            another writer.
         """
         with self._lock:
             if self._store is not None:

@@ -20,12 +20,12 @@ _PERIOD_S = 1.0  # seconds between two polls
 
 
 class StatusWriter:
-    """Polls the status of a replica set. The owner calls :meth:`write` once in each loop.
+    """Writes the status of a replica set. The owner calls :meth:`write` once in each loop.
 
     :param interface: a MongoDBManagedReplicaSetInterface for writing; its id is the set's name.
     """
 
-    # a thread polls a database, which may take seconds to reply; the status of a local store never changes
+    # a thread polls a server, which may take seconds to reply; the status of a local store never changes
     def __init__(self, interface: Interface, store: Store) -> None:
         self._interface = interface
         self._store = store

@@ -127,7 +127,7 @@ def from_ms(milliseconds: int) -> datetime:
 
 
 Key = tuple[int, Any]
-"""A key for comparison and lookup: the position of the type, and the position within the type."""
+"""A key for comparison and lookup: the position of the type, and a key within the type."""
 
 NUMBER_POSITION = 10
 """The position of numbers in the order of types, which integers and doubles share."""
@@ -143,7 +143,7 @@ def _document_key(fields: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
 
 
 # for each type: its position in MongoDB's order of types, and a function that returns a value's key within
-# the type; only the order of the positions counts, so they have gaps
+# the type; only the order of the positions counts, so they may have gaps
 _TYPE_ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
     type(None): (5, lambda _value: 0),
     _MissingField: (5, lambda _value: 0),

@@ -29,8 +29,8 @@ def find_build_sources(run: Run, owner: str, until_us: int | None = None) -> lis
         if source.role == "environment":
             build_sources, file_indices = [], {}
             continue
-        # A source that a file has loaded precedes the file, because its constructs existed before those of
-        # the file.
+        # A source that a file has loaded precedes the file, because later constructs of the file may use its
+        # constructs.
         enclosing_file = source.details.get("within", "")
         index = file_indices.get(enclosing_file, len(build_sources)) if enclosing_file else len(build_sources)
         build_sources.insert(index, source)

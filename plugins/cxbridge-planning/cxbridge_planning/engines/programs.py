@@ -38,16 +38,16 @@ class PlannerProgram(Engine, frozen=True):
         :data:`_PYTHON` the current Python.
     :param arguments: the arguments of the program; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is
         the prefix of plan files.
-    :param unsolvable_output: the output of a program that has proved that no plan exists.
+    :param unsolvable_output: the output of a program that reports that no plan exists.
     :param step_pattern: the pattern of a printed step, with the groups ``step`` and optionally ``start`` and
         ``duration``; None if the program writes plan files.
     :param plan_heading: the text that the program prints before a plan.
     :param no_plan_text: a text in a plan file without a plan.
     :param improving_arguments: the arguments of a search for better plans for ``{improve}`` seconds; empty if
         unsupported.
+    :param has_times: whether plans with durative actions have times.
     :param package: the package that contains the program; empty if it is on the PATH.
     :param module: the module of that package.
-    :param has_times: whether plans with durative actions have times.
     :param default_options: the additional options unless the user gives options.
     """
 

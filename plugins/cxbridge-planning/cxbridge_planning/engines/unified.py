@@ -75,8 +75,7 @@ class UnifiedPlanner(EnginePlanner):
 
     :param name: a key of :data:`ENGINES`.
     :param improve: the seconds of a search for better plans if the problem has a metric and the engine
-        supports the search (aries). The engine finds plans in random order: the first plan is rarely the
-        best.
+        supports the search (aries). The first plan of the search is rarely the best.
     :raises UnknownPlannerError: if ``improve`` is not a number.
     """
 
@@ -177,7 +176,10 @@ def _use_integers(task: Any) -> None:
 
 
 def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
-    """Write a plan into the current folder, atomically: the time limit may end the process at any moment."""
+    """Write a plan with steps into the current folder.
+
+    The file appears atomically, because the time limit may end the process at any moment.
+    """
     if plan:
         unfinished_file = Path(f"{_BEST_PLAN_FILE}.part")
         unfinished_file.write_text(plan_text(plan))
@@ -201,7 +203,10 @@ def _make_step(
 
 
 def _find_failure_reason(error: BaseException) -> str:
-    """Return the reason for a failed call: the first line of the error; of a gRPC error, the details."""
+    """Return the reason for a failed call: the first line of the error, or its class if it has no text.
+
+    For a gRPC error, the reason has the status and the details.
+    """
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
         return f"its server no longer answers ({getattr(code(), 'name', code())}: {details()})"

@@ -152,7 +152,7 @@ class PddlRobotMemory(_Plugin):
         self._open_interface("PddlGenInterface", name)
 
     def _find_file(self, base: Path, text: str) -> Path:
-        """Return a file in the scenario's folder, or in ``base``, Fawkes' sources.
+        """Return a file in the scenario's folder, or in ``base``, the folder where Fawkes looks for it.
 
         The file is in ``base`` only if the scenario's folder lacks the file and ``base`` is a folder.
 

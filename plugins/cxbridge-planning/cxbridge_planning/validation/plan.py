@@ -1,7 +1,7 @@
 """The check of a plan: its execution step by step, with conditions, effects, and finally the goal.
 
-A durative action has two happenings, start and end. Simultaneous happenings read the same state, and no
-happening may change a fact that another happening reads or changes differently (PDDL 2.1: no moving targets).
+A durative action has two happenings, start and end. Simultaneous happenings read the same state, and none of
+them may change a fact that another one reads or changes differently (PDDL 2.1: no moving targets).
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ class PlanCheck:
     """The result of checking a plan.
 
     :param failure: why the plan is invalid; else empty.
-    :param step: the number of the first impossible step, from 1; 0 if all steps are possible, or if an action
-        fails that was running before the plan.
+    :param step: the number of the first impossible step, from 1; 0 if no step is known to be impossible, or
+        if an action fails that was running before the plan.
     :param inconclusive_reason: why the check is inconclusive; else empty.
     """
 
@@ -315,14 +315,15 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
             case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
                 limit = moment.known_state().number(right, step.binding)
         if limit is None:
-            is_violated = bool(describe_false_part(part, step.binding, moment))
-            requirement_text = ""
+            requirement_text = describe_false_part(part, step.binding, moment)
+            is_violated = bool(requirement_text)
         else:
             is_too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S
             is_violated = is_too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
-            requirement_text = f", but the domain requires {limit:g}"
+            requirement_text = f"the domain requires {'' if sign == '=' else f'{sign} '}{limit:g}"
         if is_violated:
-            raise _StepError(step.number, step.planned_action, f"it takes {duration:g} s{requirement_text}")
+            reason = f"it takes {duration:g} s, but {requirement_text}"
+            raise _StepError(step.number, step.planned_action, reason)
 
 
 def _format_action(planned_action: PlannedAction) -> str:

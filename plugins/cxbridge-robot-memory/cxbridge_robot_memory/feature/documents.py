@@ -166,7 +166,7 @@ class DocumentFunctions:
         return FALSE
 
     def get_array(self, doc: Value, field: str) -> Value:
-        """Return the elements of an array; FALSE if any element has no CLIPS equivalent.
+        """Return the elements of an array; a single FALSE if any element has no CLIPS equivalent.
 
         :raises ClipsError: if the field is not an array.
         """
@@ -216,7 +216,7 @@ def _is_supported(value: Any) -> bool:
 
 
 def _value_at(document: Document, path: str) -> Any:
-    """Return the value at a dotted path through documents; :data:`MISSING` if the path ends early."""
+    """Return the value at a dotted path through documents; :data:`MISSING` if a document lacks a name."""
     value: Any = document
     for name in path.split("."):
         if not isinstance(value, dict) or name not in value:

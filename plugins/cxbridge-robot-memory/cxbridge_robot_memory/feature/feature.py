@@ -70,7 +70,7 @@ class RobotMemoryFeature(Feature):
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the events and replies since the last run."""
         # RobotMemoryComponent, which calls `loop` in each cycle, is absent if only a rule requests the
-        # feature; a second call in a cycle writes nothing
+        # feature; a second call in a cycle writes only a status that has changed in between
         self._memory.loop()
         self._contexts[env.name].assert_queued_facts()
 

@@ -25,9 +25,9 @@ _REPORTED_TYPES = {"insert", "update", "replace", "delete"}
 
 
 class MongoWatch(Watch):
-    """Reports changes of a collection in a separate thread.
+    """Reports inserted, updated, replaced and deleted documents of a collection, in a separate thread.
 
-    :param pipeline: the stages of an aggregation that select the events; empty for all events.
+    :param pipeline: the stages of an aggregation that select among these events; empty for all.
     :param warn: called on disconnection and reconnection.
     :param on_close: called when the watch is closed.
     :raises PyMongoError: if the stream cannot be opened now.
@@ -61,7 +61,7 @@ class MongoWatch(Watch):
         self._on_close(self)
 
     def _open(self) -> CollectionChangeStream[Document]:
-        """Open the stream after the last reported event."""
+        """Open the stream after the last event that was read; without a token, at present."""
         # unlike resume_after, start_after continues after a dropped collection has ended the stream
         return self._collection.watch(
             self._pipeline,

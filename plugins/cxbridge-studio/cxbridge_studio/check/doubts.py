@@ -28,7 +28,7 @@ FALSE_PREDICATE: Final = Code(
     "CX311",
     Severity.WARNING,
     "a predicate that is never true",
-    "No action has the predicate as an effect, and no rule makes such a fact: conditions with the "
+    "No action makes the predicate true, and no rule makes such a fact: conditions that need the "
     "predicate never hold.",
 )
 IMPOSSIBLE_ACTION: Final = Code(
@@ -116,7 +116,7 @@ def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collect
 
 
 def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
-    """Yield the actions whose precondition needs a predicate that no sequence of actions makes true."""
+    """Yield doubts about the actions whose precondition needs a predicate that nothing makes true before."""
     possible_predicates = set(asserted_predicates)
     blocked_actions = list(domain.actions)
     while ready_actions := [
@@ -157,7 +157,7 @@ def _find_added_predicates(action: ActionSchema) -> Iterator[str]:
 def _find_effect_literals(
     effect: Formula | None, context: tuple[object, ...]
 ) -> Iterator[tuple[Atom, bool, tuple[object, ...]]]:
-    """Yield each atom of an effect, its truth value, and the enclosing times and conditions."""
+    """Yield each atom of an effect, its truth value, and the enclosing times, ``when`` and ``forall``."""
     match effect:
         case Atom():
             yield effect, True, context
@@ -170,9 +170,9 @@ def _find_effect_literals(
             return
         case _:
             # The last child is the effect; an earlier child is the condition of `when`.
-            time_or_condition = effect.when if isinstance(effect, Timed) else effect
+            time_or_formula = effect.when if isinstance(effect, Timed) else effect
             yield from _find_effect_literals(
-                effect.children[-1] if effect.children else None, (*context, time_or_condition)
+                effect.children[-1] if effect.children else None, (*context, time_or_formula)
             )
 
 

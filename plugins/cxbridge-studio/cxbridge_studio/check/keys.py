@@ -56,7 +56,7 @@ def list_known_keys() -> tuple[tuple[str, ...], ...]:
 def find_unknown_name(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
     """Return the index of the first unknown name in a path, and the known names at this index.
 
-    The result is None if all names are known.
+    The result is None if all names are known, or if the path continues below a value.
     """
     keys = list(list_known_keys())
     for index, name in enumerate(path):

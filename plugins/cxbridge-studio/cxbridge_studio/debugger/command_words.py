@@ -15,7 +15,7 @@ _Result = TypeVar("_Result")
 def execute_command(
     functions: Mapping[str, Callable[[str], _Result]], command: str, commands_help: str
 ) -> _Result:
-    """Call the function of a command with the rest of the command, without blanks around it.
+    """Call the function of a command with the rest of the command without outer blanks; return its result.
 
     :param functions: the functions by the first word of their commands.
     :param commands_help: the hint for an unknown command.

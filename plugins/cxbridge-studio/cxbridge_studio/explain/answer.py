@@ -84,7 +84,7 @@ def _explain_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation
 
 
 def _explain_unformulated_goal(evidence: Evidence, name: str) -> Explanation | None:
-    """Explain why the rule that formulates goals of a class has not fired.
+    """Explain why the first rule that formulates goals of a class is missing or has not fired.
 
     :returns: None if no rule formulates such goals, or the rules are unknown.
     """

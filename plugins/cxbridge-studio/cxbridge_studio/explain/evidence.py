@@ -75,10 +75,13 @@ class NoFactsError(TraceError):
 
 @dataclass(frozen=True, slots=True)
 class EvidenceStep:
-    """A transition, a planner call, a plan-action's fact, a board message, or an error of a Skiller.
+    """An event that explains goals.
 
-    :param rules: the rules that fired just before a transition or a planner call; the last rule caused it.
-        Empty for the other events.
+    It is a transition, a planner call, a skill's status, the fact of a plan-action, a message on the
+    blackboard, or a change of a Skiller's error.
+
+    :param rules: the rules that fired before a transition, a planner call or a skill's status; the last rule
+        caused a transition. Empty for the other events.
     :param diagnosis: the diagnosis of a failed plan-action, made at the time of the failure: the facts may be
         retracted later.
     """
@@ -93,8 +96,8 @@ class FactLife:
     """A fact from its assertion to its retraction.
 
     :param begin_rule: the rule that fired just before the assertion; empty if unknown.
-    :param replaced_index: the index of the fact of the same template that the same firing retracted; -1 if
-        there is none.
+    :param replaced_index: the index of the fact that the same firing retracted last before the assertion, if
+        that fact has the same template; else -1.
     :param end_us: the time of the retraction; None while the fact exists.
     :param end_rule: the rule that fired just before the retraction; empty if unknown.
     """
@@ -115,7 +118,7 @@ class History:
     An event bus, or the reader of a recording, calls :meth:`add_event`.
 
     :param env: the environment whose events are kept.
-    :param max_steps: the number of transitions to keep.
+    :param max_steps: the number of steps to keep.
     :param max_firings: the number of firings to keep.
     :param find_facts: finds the facts at the time of the event; None if facts are unavailable.
     :ivar has_firings: whether firings are recorded.
@@ -200,7 +203,8 @@ class History:
     def _diagnose_failure(self, event: PlanActionTransition) -> ActionDiagnosis | None:
         """Return the diagnosis of an action in its first failed state; None for other states.
 
-        The changes after the first failed state are consequences of the failure.
+        The changes after the first failed state are consequences of the failure. Without facts, and after
+        :data:`MAX_ACTION_DIAGNOSES`, there is no diagnosis.
         """
         key = event.goal, event.plan, event.action_id
         if event.state not in FAILED_STATES:
@@ -228,7 +232,7 @@ class Evidence(ABC):
     :param where: the source and the moment in words: ``test-scenario at 3.0 s``.
     :param start_us: the start of the run.
     :param now_us: the time of the moment.
-    :param history: the events before the moment.
+    :param history: the events up to the moment.
     :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
     :ivar has_executive: whether events of an executive are known, or may come after the moment.
     :ivar is_time_chosen: whether the user chose the time, so that a reused goal id means the goal at that
@@ -258,7 +262,7 @@ class Evidence(ABC):
     def take_snapshot(self, rule: str) -> Snapshot:
         """Return a rule with its facts.
 
-        :raises CxbridgeError: if there is no such rule, or facts are unknown.
+        :raises CxbridgeError: if there is no such rule, or the rules or the facts are unknown.
         """
 
     @abstractmethod
@@ -278,6 +282,6 @@ class Evidence(ABC):
         return (time_us - self.start_us) / MICROSECONDS
 
     def find_rule_firings(self, rule: str) -> Sequence[RuleFired] | None:
-        """Return the firings of a rule before the moment; None if firings are unknown."""
+        """Return the firings of a rule up to the moment; None if firings are unknown."""
         firings = [event for event in self.history.firings if event.rule == rule]
         return firings if self.history.has_firings else None

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 # Modes in which a goal waits for a rule of its sub-type.
-_MODES_BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
+_SUB_TYPE_MODES: Final = frozenset({"SELECTED", "EXPANDED"})
 
 
 def describe_missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
@@ -114,7 +114,7 @@ def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
-    """Yield a text about each Skiller that another client controls, or about a missing request."""
+    """Yield a text about each Skiller whose control the agent lacks, or about a missing request."""
     env = agent.executive.env
     skillers = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
     controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in skillers}
@@ -132,7 +132,7 @@ def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
     sub_types_by_goal = {
         str(slots["id"]): sub_type
         for _, _, slots in env.facts("goal")
-        if slots.get("mode") in _MODES_BEFORE_COMMITTED
+        if slots.get("mode") in _SUB_TYPE_MODES
         and (sub_type := str(slots.get(sub_types.SUB_TYPE_SLOT, sub_types.NO_SUB_TYPE)))
         != sub_types.NO_SUB_TYPE
     }

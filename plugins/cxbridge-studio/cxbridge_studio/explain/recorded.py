@@ -56,7 +56,8 @@ class _PastEvents:
         self.facts = EnvironmentFacts()
         self.diagnostics: dict[str, list[Diagnostic]] = {}
         self.has_later_events = False
-        # A recording may lack its start or its end: then the first or the last event counts.
+        # A recording may lack its start: then the first event counts. The present is the last event up to the
+        # moment.
         start_us, now_us = run.start_us, None
         for event in run:
             start_us = event.time_us if start_us is None else start_us
@@ -81,7 +82,7 @@ class _PastEvents:
         elif isinstance(event, LogLine):
             self._add_diagnostic(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
-            # The transitions show which environment a Skiller serves, so every history gets the event.
+            # The transitions show which environment a Skiller serves, so each history so far gets the event.
             for history in self.histories.values():
                 history.add_event(event)
 
@@ -105,7 +106,7 @@ class RecordedEvidence(Evidence):
     :param at_s: the seconds since the start of the run; None for its end.
     :param env: the CLIPS environment; None for the executive's, or the only one.
     :param constructs: the constructs of a scenario; None for the files attached to the recording.
-    :raises TraceError: if the recording cannot be read, or has no such environment.
+    :raises TraceError: if the recording cannot be read, has no events, or has no such environment.
     """
 
     def __init__(

@@ -76,7 +76,7 @@ class _RunStoryWriter:
             make_blocker_headline(stories[0]) if stories else self._make_untroubled_headline(open_goals, work)
         )
         overcome_goals = self._find_overcome_failures(failed_goals)
-        # The reason why the run ended comes first, and does not count as a goal.
+        # The reason why the run ended comes first.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return headline, {
             "wanted": _limit_sentences(
@@ -84,7 +84,8 @@ class _RunStoryWriter:
             ),
             "now": _limit_sentences(work, len(work)),
             "wrong": _limit_sentences(
-                [*ending, *(_drop_missing_firings(story.cause) for story in stories)], len(troubled_goals)
+                [*ending, *(_drop_missing_firings(story.cause) for story in stories)],
+                len(ending) + len(troubled_goals),
             ),
             "overcome": _limit_sentences(
                 [
@@ -96,7 +97,7 @@ class _RunStoryWriter:
         }
 
     def _make_untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
-        """Return the headline of a run in which no goal has failed, and work is under way if goals are open.
+        """Return the headline of a run in which no root goal has failed, and work continues if any is open.
 
         :param work: the sentences about the work.
         """
@@ -151,7 +152,7 @@ class _RunStoryWriter:
         return overcome_goals
 
     def describe_missing_data(self) -> Iterator[str]:
-        """Yield a sentence about each kind of missing data, with the option that records it."""
+        """Yield a sentence about each kind of missing data, with the option that records it, if any."""
         if not self._evidence.has_executive:
             yield "goals and rules: record a run or a daemon with --trace; 'trace record' records interfaces"
             return

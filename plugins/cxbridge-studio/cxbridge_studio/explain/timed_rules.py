@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 TIME_KEY: Final = "/clips-executive/assert-time-each-loop"
 
-# The deftemplate of the fact with the current time, which the executive asserts in each cycle.
+# The deftemplate of the fact with the current time, which the executive asserts in each cycle if TIME_KEY is
+# true.
 _TIME_TEMPLATE: Final = "time"
 
 # The core rule that requests control of a Skiller periodically.

@@ -146,7 +146,7 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
 def _check_keys(
     agent: Agent, reported_places: set[SourcePlace], misspelt_keys: set[str]
 ) -> Iterator[Finding]:
-    """Yield the keys that are never read, except at positions with another finding.
+    """Yield the keys that are never read, except on lines with another finding.
 
     :param misspelt_keys: the keys that have another finding.
     """
@@ -164,9 +164,9 @@ def _check_keys(
         if name in misspelt_keys or key in reported_keys or _is_read(agent, value, index):
             continue
         hint = did_you_mean(name, known_names)
-        # A scenario belongs to cxbridge, so any unknown key counts, except for top-level sections, which may
-        # belong to other programs. A Fawkes configuration has the keys of many programs, so only likely
-        # misspellings in the sections of the executive count.
+        # A scenario belongs to cxbridge, so any unknown key counts, except for top-level sections without a
+        # similar name, which may belong to other programs. A Fawkes configuration has the keys of many
+        # programs, so only likely misspellings in the sections of the executive count.
         if (hint and _is_executive_path(agent, parents)) or (is_scenario_file and (hint or parents)):
             reported_keys.add(key)
             yield Finding(
@@ -182,7 +182,9 @@ def _is_executive_path(agent: Agent, parents: tuple[str, ...]) -> bool:
 
     A Fawkes folder also has the sections of other programs, and outdated specs.
     """
-    return parents[:1] == ("clips-executive",) and parents[1:3] in ((), ("specs", agent.spec))
+    return parents[:1] == ("clips-executive",) and (
+        parents[1:2] != ("specs",) or parents[2:3] == (agent.spec,)
+    )
 
 
 def _is_read(agent: Agent, value: ConfigValue, unknown_index: int) -> bool:

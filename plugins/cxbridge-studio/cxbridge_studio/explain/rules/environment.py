@@ -56,7 +56,7 @@ def read_fact_slots(
 
 
 def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int = MAX_FACTS) -> Snapshot:
-    """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
+    """Copy a rule with its facts. Call this between runs of the rules, with the environment's lock held.
 
     :param max_facts: if there are more facts, none are copied.
     :raises ClipsError: if there is no such rule, or it cannot be parsed.

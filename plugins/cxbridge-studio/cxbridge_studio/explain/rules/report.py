@@ -110,7 +110,7 @@ def to_json(story: RuleStory) -> dict[str, Any]:
         json_report |= {
             "env": story.snapshot.env,
             "clips_matches": list(story.snapshot.clips_counts),
-            "on_agenda": story.snapshot.activations,
+            "on_agenda": story.snapshot.activation_count,
             "ahead_on_agenda": None
             if story.activations_ahead is None
             else [asdict(activation) for activation in story.activations_ahead],
@@ -181,31 +181,31 @@ def make_verdict(story: RuleStory) -> str:
         return f"{fired_text}its condition does not match: condition {diagnosis.failing} has no match" + (
             " together with the conditions before" if diagnosis.failing > 1 else ""
         )
-    return _explain_matches(story, diagnosis, snapshot.activations)
+    return _explain_matches(story, diagnosis, snapshot.activation_count)
 
 
-def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | None) -> str:
+def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activation_count: int | None) -> str:
     """Return why the complete matches do not make the rule fire, in the same form as :func:`make_verdict`.
 
-    :param activations: the number of the rule's activations on the agenda; None if unknown.
+    :param activation_count: the number of the rule's activations on the agenda; None if unknown.
     """
     is_single = diagnosis.matches == Count(1)
     matches_text = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
-    if activations:
+    if activation_count:
         # None if more activations come first than a snapshot copies.
         ahead = story.activations_ahead
         turn_text = "it is the next to fire" if ahead == () else "many other activations come first"
         if ahead:
             first_text = f"{ahead[0].rule} (salience {ahead[0].salience})"
             turn_text = f"it comes after {len(ahead)} others, first {first_text}"
-        verb = "is" if activations == 1 else "are"
-        return f"{matches_text}, {activations} of them {verb} on the agenda: {turn_text}"
-    if activations is None and story.firings is None:
+        verb = "is" if activation_count == 1 else "are"
+        return f"{matches_text}, {activation_count} of them {verb} on the agenda: {turn_text}"
+    if activation_count is None and story.firings is None:
         return f"{matches_text}; whether it has fired for them was not recorded (level rules)"
     # A recording has no agenda: there, the firings tell which matches are still to fire.
     fired_bases = {basis for _, basis in story.firings or ()}
     unfired_bases = [basis for basis in diagnosis.bases if basis not in fired_bases]
-    if unfired_bases and activations is None:
+    if unfired_bases and activation_count is None:
         return (
             f"{matches_text}, and it had not fired for {len(unfired_bases)} of them, first {unfired_bases[0]}"
         )

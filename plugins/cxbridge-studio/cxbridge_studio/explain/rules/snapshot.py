@@ -66,7 +66,7 @@ class Snapshot:
     needs_all_facts: bool = False
 
     @property
-    def activations(self) -> int | None:
+    def activation_count(self) -> int | None:
         """The number of the rule's activations on the agenda; None if unknown."""
         counts = (line.rpartition("Activations: ") for line in self.clips_counts)
         return next((int(number) for _, label, number in counts if label), None)

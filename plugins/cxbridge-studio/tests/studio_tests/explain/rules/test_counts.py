@@ -49,7 +49,7 @@ def test_joins_equal_counts_of_matches(facts, ces):
                 expected[int(match[1] or match[2])] = int(match[3])
         assert joined == [expected[place] for place in range(1, len(texts) + 1)]
         total = diagnosis.matches.number if diagnosis.matches else 0
-        assert total == snapshot.activations
+        assert total == snapshot.activation_count
 
 
 CONSTANTS = st.one_of(VALUES, VALUES.map("~{}".format), st.tuples(VALUES, VALUES).map("|".join))
