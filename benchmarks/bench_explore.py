@@ -66,9 +66,9 @@ def main() -> None:
 
 
 def measure_exploration(command: list[str]) -> None:
-    """Print the time and the memory of a run of an exploration.
+    """Print the time and the memory of a run of an exploration, compared with a run alone.
 
-    The run alone has simulated skills, as the runs of an exploration have.
+    A run alone is a process of its own, and has simulated skills, as the runs of an exploration have.
     """
     run_command = [sys.executable, "-m", "cxbridge", "run", SCENARIO, "--skiller", "simulator"]
     seconds_pairs = []

@@ -5,9 +5,10 @@
 Three processes communicate over the loopback, as in the measurements of Fawkes: a writing client, the server,
 a reading client. *c2c* is the time from the writer's write() to the reader's listener, for TestInterface (a
 block of 64 bytes); *open* is the time of an opening for reading and a closing, *list* that of a listing. The
-bare sockets send the same bytes: one frame to the server, and the two frames of a changed write from the
-server to writer and reader. The figures of Fawkes are those of Fawkes 649cec084, as shipped (two writes per
-frame, with Nagle's algorithm) and with TCP_NODELAY.
+bare sockets send as many bytes for *c2c*: one frame to the server, and the two frames of a changed write from
+the server to writer and reader. For *open* and *list*, they send the bytes of an opening, which the server
+echoes. The figures of Fawkes are those of Fawkes 649cec084, as shipped (two writes per frame, with Nagle's
+algorithm) and with TCP_NODELAY.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ def write(port: int, pipe: Connection) -> None:
 
 
 def measure_cxbridge(seconds: float) -> Report:
-    """Return the times of cxbridge's client and server."""
+    """Return the figures of cxbridge's clients and server."""
     pipe, child_end = mp.Pipe()
     server = mp.Process(target=serve, args=(child_end,), daemon=True)
     server.start()
@@ -120,7 +121,7 @@ def measure_cxbridge(seconds: float) -> Report:
 
 
 def measure_clients(port: int, seconds: float) -> Report:
-    """Return the times of cxbridge's clients with the server at a local port."""
+    """Return the figures of cxbridge's clients with the server at a local port."""
     result: Report = {}
     jobs, work = mp.Pipe()
     with connect(port) as board:
@@ -129,7 +130,7 @@ def measure_clients(port: int, seconds: float) -> Report:
         board.register_listener(recorder, reader)
         writer = mp.Process(target=write, args=(port, work), daemon=True)
         writer.start()
-        jobs.recv()
+        jobs.recv()  # the writer is ready
         for spacing in SPACINGS_S:
             sent = ask(jobs, (int(min(seconds, 2000 * spacing) / spacing), spacing))
             board.flush()
@@ -247,7 +248,7 @@ def receive_bare(sock: socket.socket, count: int, read_times: dict[int, float]) 
 
 
 def measure_bare(seconds: float) -> Report:
-    """Return the times of bare sockets of the same topology."""
+    """Return the figures of bare sockets of the same topology."""
     result: Report = {}
     (pipe, child_end), (jobs, work) = mp.Pipe(), mp.Pipe()
     server = mp.Process(target=relay, args=(child_end,), daemon=True)
@@ -255,7 +256,7 @@ def measure_bare(seconds: float) -> Report:
     port = pipe.recv()
     writer = mp.Process(target=send_bare, args=(port, work), daemon=True)
     writer.start()
-    jobs.recv()
+    jobs.recv()  # the writer is ready
     with socket.create_connection(("127.0.0.1", port)) as sock:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for spacing in (*SPACINGS_S, 0):
@@ -290,7 +291,7 @@ def measure_bare(seconds: float) -> Report:
 
 
 def print_against_fawkes(ours: Report, real: Report) -> None:
-    """Print the times of the same clients with a real Fawkes as their server."""
+    """Print the figures of the same clients with a real Fawkes as their server."""
     print("the same clients with the Fawkes that runs here:")
     for figure in FAWKES:
         factor = ours[figure] / real[figure] if figure == "updates/s" else real[figure] / ours[figure]

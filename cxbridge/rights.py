@@ -1,8 +1,9 @@
 """The rights of clients, and the rights that messages on the blackboard and frames of protocols require.
 
-Each operation (:mod:`cxbridge.daemon.operations`) and each endpoint over HTTP names its :class:`Right`.
-Messages and endpoints without an entry require more than the right to look, so that an addition with a
-forgotten entry is refused. See docs/security.md, "Rights".
+Each operation (:mod:`cxbridge.daemon.operations`) names its :class:`Right`. An endpoint over HTTP may name
+its right; the default depends on the method. Messages and frames without an entry here require more than the
+right to look, so that a forgotten entry gives nothing to clients that may only look. See docs/security.md,
+"Rights".
 """
 
 from __future__ import annotations

@@ -21,15 +21,15 @@ from cxbridge.printing import indent_lines
 from cxbridge.resources import VERSION
 
 USAGE = 2
-"""The exit status for wrong options and arguments."""
+"""The exit status for bad input or usage, and for files that cannot be used."""
 
 FAULT = 4
-"""The exit status after a failure that may not recur."""
+"""The exit status after a fault, such as a full disk or an internal error of cxbridge."""
 
 INTERRUPTED = 130
 """The exit status after Ctrl-C."""
 
-# Errors of a system without a free resource, which are not mistakes of the user.
+# Errors of a system without a free resource, or of a device (EIO), which are not mistakes of the user.
 _EXHAUSTION_CODES = frozenset(
     {errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EIO, errno.ENOBUFS, errno.EAGAIN}
     | ({errno.EDQUOT} if hasattr(errno, "EDQUOT") else set())

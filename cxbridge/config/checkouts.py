@@ -29,7 +29,7 @@ class Checkouts(Struct, frozen=True):
     def confdir(self, file: Path) -> Path:
         """Return the base folder of relative includes of a configuration file, as in Fawkes.
 
-        :returns: the folder ``cfg`` of the file's checkout; without a checkout, the file's folder.
+        :returns: the folder ``cfg`` that contains the file; for a file elsewhere, the file's folder.
         """
         resolved = file.resolve()
         for folder in self.folders:
@@ -56,6 +56,8 @@ class Checkouts(Struct, frozen=True):
 
     def expand(self, configured_path: str, placeholders: dict[str, str], base: Path) -> list[Path]:
         """Return the folders of a configured path, one for each checkout that has the folder.
+
+        A path without ``@BASEDIR@``, or to a folder that no checkout has, gives one path that may not exist.
 
         :param configured_path: a path that may begin with a placeholder, e.g. ``@BASEDIR@/src/clips``.
         :param placeholders: the values of ``BASEDIR`` etc.; that of ``BASEDIR`` is used only if no checkout

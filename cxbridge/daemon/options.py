@@ -117,7 +117,7 @@ class DaemonOptions(
     settings: tuple[tuple[str, Setting], ...] = ()
 
     def all_settings(self) -> Iterator[tuple[str, Setting]]:
-        """Yield path and value of each setting: of the options, of plug-ins' options, then of `settings`.
+        """Yield path and value of the given settings: of options, of plug-ins' options, then of `settings`.
 
         The paths are below ``cxbridge``.
         """

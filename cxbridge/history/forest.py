@@ -54,7 +54,7 @@ class Forest(Generic[Key]):
             while goal is not None and goal not in settled and goal not in path:
                 path[goal] = None
                 goal = self.parents[goal]
-            # the path has reached one of its own goals: the rest of the path is a ring
+            # the path has reached one of its own goals: from this goal on, the path is a ring
             if goal in path:
                 ring_path = list(path)
                 self.parents[min(ring_path[ring_path.index(goal) :], key=rank.__getitem__)] = None

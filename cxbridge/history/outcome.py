@@ -62,7 +62,7 @@ _SKILL_OUTCOMES: Final = {
 
 
 def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
-    """Return the outcome of a goal with these slots; an ended goal with another outcome is RETRACTED."""
+    """Return the outcome of a goal with these slots; an ended goal without a known outcome is RETRACTED."""
     if mode in ENDED_MODES:
         return _GOAL_OUTCOMES.get(outcome, OutcomeKind.RETRACTED)
     # only a dispatched goal is executed; in the earlier modes a goal waits for the executive

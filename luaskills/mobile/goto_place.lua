@@ -12,8 +12,9 @@ goto_place{place="wp1", ori=1.57, patience=60}
 @param ori      orientation at the place in radians; the navigator's choice unless given
 @param patience maximum duration in seconds; no limit unless given
 
-Fails without a navigator, when the navigator fails, when it accepts the order of another client, or when it does
-not accept this order within a second. When the skill is stopped on the way, the robot stops, too.
+Fails without a place or a navigator, when the navigator fails, when it accepts the order of another client, when
+it does not accept this order within a second, or after `patience`. When the skill is stopped on the way, or takes
+too long, the robot stops, too.
 ]==]
 
 skillenv.skill_module(_M)
@@ -79,7 +80,7 @@ function ORDER:init()
     fsm.vars.message_id = navigator:msgq_enqueue_copy(message)
 end
 
--- When the skill is stopped on the way, stop the robot.
+-- When the skill is stopped on the way or takes too long, stop the robot.
 function DRIVE:exit()
     if navigator:has_writer() and is_ours() and not navigator:is_final() then
         navigator:msgq_enqueue_copy(navigator.StopMessage:new(fsm.vars.message_id))

@@ -213,7 +213,10 @@ def _describe_excess(text: str, offset: int, depth: int, part_count: int) -> str
 
 
 def find_exceeded_limit(text: str) -> ExceededLimit | None:
-    """Return the first part of a text that exceeds a limit of CLIPS' parser; None without such a part."""
+    """Return the first part of a text that exceeds a limit of CLIPS' parser; None without such a part.
+
+    A NUL byte precedes all other parts.
+    """
     if "\0" in text:
         return ExceededLimit(
             text.count("\n", 0, text.index("\0")) + 1, "the line has a NUL byte: save the file as UTF-8"
@@ -263,10 +266,10 @@ def check_parser_limits(text: str) -> None:
 def _add_modify_edits(
     code: str, span: tuple[int, int], call_pattern: re.Pattern[str], edits: list[Edit]
 ) -> None:
-    """Add the edits for `modify`, `duplicate` and their slots in a span."""
+    """Add the edits for the calls that match in a span, and for their slots."""
     if call_pattern.search(code, *span) is None:
         return
-    # the depths of the open calls of `modify` and `duplicate`; 0: outside of all calls
+    # the depths of the open calls; 0: outside of all calls
     depth, modify_depths = 0, [0]
     for match in PARENTHESIS.finditer(code, *span):
         offset = match.start()

@@ -1,7 +1,7 @@
 -- The globals of a skill string that is run as Lua (/skiller/mode: fawkes). Any client may send a skill string, so it gets
--- no tables of skills and of this engine, only proxies. A proxy can be read and called; its values and results are
--- proxies again, and its arguments are copied. A skill string cannot assign to fields of a proxy, and its own globals
--- end with it.
+-- proxies instead of the tables of skills and of this engine. A proxy can be read and called; its values and results
+-- are proxies again, and its arguments are copied. A skill string cannot assign to fields of a proxy, and its own
+-- globals end with it.
 
 local core = ...
 local log, library, status = core.include("log"), core.include("library"), core.include("status")
@@ -15,7 +15,7 @@ local originals, proxies = setmetatable({}, {__mode = "k"}), setmetatable({}, {_
 
 local proxy_for, call_original
 
---- The arguments of a call: copies of plain data, and the objects of proxies.
+--- An argument of a call: a copy of plain data, or the object of a proxy.
 local function to_original(value, depth)
     local kind = type(value)
     if originals[value] ~= nil then return originals[value] end

@@ -63,7 +63,7 @@ def compare_runs(
 
     differences: list[Difference] = []
     matches: list[GoalMatch] = []
-    # a run is read to goals if the order depends on goals, and else to steps
+    # partial order compares goals, unless it counts events; all else compares steps
     has_goals = order is Order.PARTIAL and not is_counted
     forest_a, steps_a = (GoalForest(read(a)), []) if has_goals else (None, [step for step, _ in read(a)])
     other_index = -1

@@ -1,8 +1,7 @@
 """A periodic timer like those of ROS, e.g. for the runs of the rules, heartbeats and lookups.
 
 The thesis' executive, ros2-clips-executive (2021), runs the rules in the callback of a ROS wall timer. When a
-callback takes longer than the period, the next callback follows at once, before any other work of the
-process.
+callback takes a period or longer, the next callback follows at once, before any other work of the process.
 """
 
 from __future__ import annotations
@@ -49,6 +48,6 @@ def to_seconds_and_nanoseconds(now_us: int) -> tuple[float, int]:
     """Return the values of ``(now)`` in the thesis' executive: seconds with their fraction, and nanoseconds.
 
     Both count from the epoch. The executive's ``time-diff-sec`` interprets the second number as microseconds,
-    so timeouts expire 1,000 times too soon.
+    so timeouts expire about 1,000 times too soon.
     """
     return now_us / MICROSECONDS, now_us * 1000

@@ -34,7 +34,7 @@ from cxbridge.blackboard.zmq.wire.frames import (
 from cxbridge.blackboard.zmq.wire.sockets import LINGER_MS, Socket, connect
 
 NO_REPLY: Final = "the server does not reply"
-"""The reason for the end of a session that has never begun."""
+"""The reason for the end of a session whose Hello got no reply."""
 
 # less than half of the default `connect_timeout`, so that a lost Hello leaves time for a second session
 HELLO_TIMEOUT_S: Final = 2.0
@@ -81,7 +81,7 @@ class SessionThread:
         self._keys: Final = keys
         self._is_stopping = False
         self._patience_ms = MIN_PATIENCE_MS
-        self._previous_session = b""  # the id of the last session, which the server may still keep alive
+        self._previous_session = b""  # the last id with a Welcome; the server may still keep it alive
         self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
 
     def start(self) -> None:
@@ -199,7 +199,7 @@ class SessionThread:
 
     @property
     def _heartbeat_s(self) -> float:
-        """The heartbeat of the server; a short time before its Welcome, which the thread must soon see."""
+        """The heartbeat of the server, or a short time until its Welcome, which the thread must soon see."""
         welcome = self._receiver.welcome
         return 0.2 if welcome is None else welcome.heartbeat_ms / 1000
 

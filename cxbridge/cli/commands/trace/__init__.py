@@ -1,4 +1,4 @@
-"""``cxbridge trace``: read and compare recorded runs. Each module of this package is a command."""
+"""``cxbridge trace``: record, read, replay and compare runs. Each module of this package is a command."""
 
 import sys
 

@@ -10,8 +10,8 @@
 ; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (deftemplate domain-fact-removal
-  "A negative effect: the key of the domain-fact (domain-atom-key) that is retracted before other
-   rules fire."
+  "A negative effect: the key of the domain-fact (domain-atom-key) that is retracted before rules
+   of a lower salience fire."
   (slot key) (multislot values))
 
 (deftemplate domain-numbers
@@ -84,7 +84,7 @@
   (modify ?action (state EFFECTS-APPLIED)))
 
 (defrule domain-effects-remove-fact
-  "FIRST: no rule fires between the positive and the negative effects of an action."
+  "FIRST: no rule of a lower salience fires between the positive and the negative effects of an action."
   (declare (salience ?*SALIENCE-FIRST*))
   ?removal <- (domain-fact-removal (key ?key) (values $?values))
   (domain-true-atom (key ?key) (values $?values) (fact ?fact))

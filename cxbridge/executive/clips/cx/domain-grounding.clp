@@ -2,13 +2,13 @@
 ;
 ; The precondition of an action is grounded once, before its execution. Afterwards only changes of
 ; its atoms need work, and only for the nodes of the formula whose truth changes. The grounding is
-; retracted with the action.
+; retracted when the action is finished or retracted.
 ;
 ; The rules fire in the order of their saliences, above and below that of grounding (4200):
 ;   +50   retract groundings of finished or changed actions and changed conditions, before the index of
 ;         the domain (+40 to +10, domain-index.clp) and the rules below make anything new
 ;   +5    add missing parameter names to actions, because grounding needs the names
-;   0     ground preconditions
+;   0     ground preconditions; index facts and awaited atoms (domain-index.clp, domain-effects.clp)
 ;   -1    ground the effects' conditions of actions that have no precondition
 ;   -100  (checking) look up atoms, then (-101) decide which actions are executable
 
@@ -240,9 +240,9 @@
 
 ; --- clean-up
 ;
-; The rules below, and domain-wipe, retract only the pddl-grounding; domain-grounding-cleanup then retracts
-; its grounded trees, and domain-grounding-cleanup-action removes its id from actions, which may be grounded
-; again.
+; domain-wipe, and the rules below that find an unneeded or outdated grounding, retract only the
+; pddl-grounding. Then domain-grounding-cleanup retracts its grounded trees, and
+; domain-grounding-cleanup-action removes its id from actions, which may be grounded again.
 
 (defrule domain-grounding-of-finished-action
   "A finished action needs no grounding; domain-grounding-without-action retracts the former one."
@@ -321,8 +321,8 @@
   (modify ?leaf (satisfied FALSE))
   (grounded-pddl-tree-set ?grounded ?place FALSE))
 
-; The rules below have the salience -1 of checking, so that they fire after the lookup of all atoms:
-; a formula may be satisfied for a moment while some of its atoms are out of date.
+; The salience of the rules below is one less than that of checking, so that they fire after the lookup of
+; all atoms: a formula may be satisfied for a moment while some of its atoms are out of date.
 
 (defrule domain-check-if-action-precondition-is-satisfied
   (declare (salience (- ?*SALIENCE-DOMAIN-CHECK* 1)))

@@ -1,4 +1,7 @@
-"""Writes pages about runs of an exploration. A run is played again for its page."""
+"""Writes pages about runs of an exploration.
+
+A run is played again for its page, except a counterexample, which has a recording already.
+"""
 
 from __future__ import annotations
 
@@ -74,6 +77,7 @@ def write_violation_pages(
     :param page: the page of the exploration.
     :returns: by property, the ``story`` of the counterexample, a sentence, and the ``address`` of its page
         relative to the page of the exploration.
+    :raises CxbridgeError: if a recording cannot be read or a page cannot be written.
     """
     stories = {}
     for name, example in counterexamples.items():

@@ -22,10 +22,10 @@ def run_gateway(
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
 ) -> None:
-    """Mirror interfaces between the blackboards at two URLs until SIGINT or SIGTERM.
+    """Mirror interfaces between the blackboards at two URLs until SIGINT, SIGTERM or SIGHUP.
 
     :param console: gets the log lines.
-    :param on_ready: called with a stop function when both blackboards are connected.
+    :param on_ready: called when both blackboards are connected, with a function that ends the gateway.
     :raises CxbridgeError: if a server does not answer, a pattern is invalid, or the URLs are equal.
     """
     for pattern in patterns:

@@ -88,7 +88,7 @@ class FawkesServer(BoardServer):
         self._session_numbers = itertools.count(1)
         self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
         self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
-        self._is_in_round = False  # a round flushes all sessions at its end
+        self._is_in_round = False  # a round flushes sessions at its end
         self._listener = self._listen(host, port, allow)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
@@ -276,7 +276,8 @@ class FawkesServer(BoardServer):
         was_awaiting = session.awaits_writable
         is_awaiting = session.flush()
         if session.send_failed:
-            # closing a socket with unread data resets the connection and loses the last sent frames
+            # a client that closes its socket with unread data resets the connection, so that sending fails
+            # before its last frames are read
             while session.number in self._sessions and self._receive(session):
                 pass
         if session.drop_reason:

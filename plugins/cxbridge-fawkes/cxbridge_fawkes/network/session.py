@@ -37,7 +37,7 @@ class FawkesNetworkHub(Protocol):
 class FawkesSession:
     """One client. Any thread may send, without blocking.
 
-    :param number: the client's number, from 1, used only in logs.
+    :param number: identifies the client in the server and its log lines; counted from 1.
     :param sock: a connected, non-blocking socket.
     :param peer: the client's address, for log lines.
     :param hub: the server.
@@ -118,7 +118,7 @@ class FawkesSession:
             if outbox and not self.awaits_writable:
                 self._hub.request_flush(self)
         if outbox.queued_bytes > MAX_QUEUED_BYTES:
-            self.request_drop(f"it reads too slowly, with {MAX_QUEUED_BYTES} bytes queued")
+            self.request_drop(f"it reads too slowly, with more than {MAX_QUEUED_BYTES} bytes queued")
 
     def _send_queued(self) -> None:
         """Send as many queued bytes as the socket accepts. The caller holds the lock."""

@@ -1,4 +1,7 @@
-"""The settings of performers, in the section ``/ros2/performers/NAME`` of a configuration."""
+"""The settings of performers, in the section ``/ros2/performers/NAME`` of a configuration.
+
+A performer executes the actions that other nodes request, with the skills of an agent on the skill board.
+"""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ NO_OP: Final = "no-op"  # the action with index 0, which has no effect
 
 Observation = NDArray[np.float32]  # 1 for each true predicate
 
-ActionMask = NDArray[np.int8]  # 1 for each action that the free robot can execute
+ActionMask = NDArray[np.int8]  # 1 for each action that the free robot can execute, or for `no-op`
 
 
 class Groundings(Struct, frozen=True):

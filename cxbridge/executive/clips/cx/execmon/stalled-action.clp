@@ -6,7 +6,8 @@
 
 (defrule xm-stalled-action-pending
   "Executors start PENDING actions at higher saliences. An action that is still PENDING at this
-   salience has no executor, or its precondition is not satisfied."
+   salience has no executor, or its precondition is not satisfied. As in Fawkes, the error names only
+   the first cause."
   (declare (salience ?*SALIENCE-LOW*))
   ?stalled <- (plan-action (state PENDING) (action-name ?name) (goal-id ?goal) (plan-id ?plan))
   (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))

@@ -135,7 +135,7 @@ class SingleExecutionMonitor(ActionMonitor):
 
     A plan-action has one skill call, unless the agent resets the action for a retry. No action starts if an
     action of the same operator has achieved the same effects, even for another goal or with another robot,
-    and the effects still hold. An action without effects may be repeated.
+    and the effects still hold. An action without effects or with a conditional effect may be repeated.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -239,7 +239,7 @@ class SingleExecutionMonitor(ActionMonitor):
         return frozenset((is_true, atom) for is_true, atom in literals if (not is_true, atom) not in literals)
 
     def state(self) -> Hashable:
-        """Return the achieved effects, and the actions with a skill call."""
+        """Return the achieved effects, and the present actions with a skill call."""
         present_keys = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
             for tables in self.scene.tables

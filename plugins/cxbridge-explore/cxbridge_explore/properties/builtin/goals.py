@@ -45,7 +45,7 @@ def _trace_lineage(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
 
 
 class GoalRetractionMonitor(Monitor):
-    """Checks that each goal is RETRACTED in the end, or removed with a RETRACTED parent.
+    """Checks that each goal, or a goal above it, is RETRACTED before its removal and at the end.
 
     At the end, MAINTAIN goals and the goals below them are exempt.
     """

@@ -52,7 +52,8 @@ For messages of other components and kinds, see `CONFIG_LIMIT` and `UNKNOWN_LIMI
 def decode(frame: FawkesFrame) -> bb.BlackBoardMessage:
     """Return the message in a frame of the blackboard component.
 
-    :raises MalformedMessageError: if the component or the kind is unknown, or the bytes are invalid.
+    :raises MalformedMessageError: if the component is not the blackboard, the kind is unknown, or the bytes
+        are invalid.
     """
     if frame.component != ComponentId.BLACKBOARD or frame.kind not in bb.MESSAGES:
         raise MalformedMessageError(

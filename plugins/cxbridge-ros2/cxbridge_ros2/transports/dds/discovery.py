@@ -39,7 +39,7 @@ _POLICIES: Final = {
 # Endings of the topics of requests to an action's services, except send_goal, which stands for the action.
 _OTHER_REQUEST_SUFFIXES: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _MAX_SAMPLES: Final = 1000  # limit of the samples of a read, which is repeated until no sample is left
-# Limit of stored endpoints, since other nodes decide how many exist. The number is chosen freely.
+# Limit of stored readers, and of stored writers, since other nodes decide how many exist; chosen freely.
 _MAX_ENDPOINTS: Final = 20_000
 
 _TYPE_HASH_PATTERN: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
@@ -203,6 +203,9 @@ def _is_alive(sample: Any) -> bool:
 
 
 def _find_ros_name(topic: str) -> str:
-    """Return the name in ROS of the topic, service or action that has a topic in DDS."""
+    """Return the name in ROS of the topic, service or action that has a topic in DDS.
+
+    A topic that is not of ROS is returned unchanged.
+    """
     match = _DDS_TOPIC_PATTERN.fullmatch(topic)
     return topic if match is None else match[1] or match[2]

@@ -45,7 +45,10 @@ export function factItems(facts, owners, matches) {
   return groups.flatMap((items) => items.sort((a, b) => a.fact.index - b.fact.index));
 }
 
-/** The rules of a recording: first the rules that have fired, then the remaining rules of its files. */
+/**
+ * The rules of the chosen environment of a recording: first the rules that have fired, then the remaining
+ * rules of its files.
+ */
 export function rulesOfRecording(app) {
   const fired = [...app.model.firings.keys()]
     .filter((key) => key.startsWith(app.env + " "))

@@ -88,14 +88,15 @@ function planOf({ first }, actions) {
 }
 
 /**
+ * The maker of a list of the API, and the deftemplates that it needs.
  * @param templates the deftemplate of the listed facts, and the deftemplate of their parts
- * @param itemOf(slots, parts) makes an item of the list
+ * @param itemOf(fact, parts) makes an item of the list; for the facts see makeFactFinder()
  * @returns {templates, make(facts)}, where `make` returns the list
  */
 function modelOf(templates, itemOf) {
   const make = (facts) => {
     const [listed, parts = []] = templates.map(makeFactFinder(facts));
-    return listed.map((slots) => itemOf(slots, parts));
+    return listed.map((fact) => itemOf(fact, parts));
   };
   return { templates, make };
 }

@@ -127,7 +127,7 @@ class Sources {
 }
 
 /**
- * Read a file, also if it is damaged or was cut off.
+ * Read a file, also if it was cut off or has damaged chunks or messages.
  * @param pause(share) awaited now and then, with the share of the file that was read (0 to 1)
  * @returns {events, notes, sources}: notes are texts about unread parts, sources are the attached CLIPS files
  */

@@ -197,7 +197,7 @@ export function chooseFile(app) {
   input.click();
 }
 
-/** Open files that are dropped onto the page. */
+/** Open the first of the files that are dropped onto the page. */
 export function dropZone(app) {
   const zone = document.getElementById("drop");
   let depth = 0; // entered elements: the pointer enters an inner element before it leaves the outer one
@@ -214,7 +214,7 @@ export function dropZone(app) {
       openFile(app, event.dataTransfer.files[0]);
     },
   };
-  // without a check of the types: the depth never falls below 0
+  // a check of the types is not needed, because the depth never falls below 0
   document.addEventListener("dragleave", () => changeDepth(-1));
   for (const [type, call] of Object.entries(on))
     document.addEventListener(type, (event) => {
