@@ -11,11 +11,11 @@ MAX_EXCERPT: Final = 300
 
 
 class PlanningError(ExecutiveError):
-    """Planning failed: the planner refused the problem, crashed, or is not installed."""
+    """Planning failed, e.g. because the planner refused the problem, crashed, or is not installed."""
 
 
 class UnsupportedProblemError(PlanningError):
-    """The planner does not support a feature of the domain or problem."""
+    """The planner does not support a feature of the domain or problem, or is not installed."""
 
 
 class UnknownPlannerError(PlanningError):

@@ -42,7 +42,7 @@ class Need(Enum):
     CONDITIONAL_EFFECTS = "conditional effects"
     EQUALITY = "equality"
     COSTS = "costs of actions"
-    # effects on numbers other than costs; conditions on numbers need NUMBERS
+    # effects on numbers, except an increase of the total cost; conditions on numbers need NUMBERS
     NUMERIC_CHANGES = "effects on numbers"
     NUMBERS = "numbers"
     FRACTIONS = "numbers with fractions"

@@ -38,7 +38,10 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
     except PluginError as error:
         raise UnknownPlannerError(error.message, hint=error.hint) from None
     except TypeError:
-        raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(options))}") from None
+        raise UnknownPlannerError(
+            f"planner {name} {'lacks at least one of the' if len(options) > 1 else 'has no'} options "
+            f"{', '.join(sorted(options))}"
+        ) from None
 
 
 class PlannerChoice(NamedTuple):
@@ -69,7 +72,7 @@ def choose_planners(
         planner.check(needs)
         return PlannerChoice((planner,), ())
     named_planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
-    suitable_planners: list[tuple[int, Planner]] = []  # each after the number of needs that it ignores
+    suitable_planners: list[tuple[int, Planner]] = []  # each with the number of needs that it ignores
     reasons, missing_texts, unavailable_names = [], [], []
     for planner_name, planner in sorted(
         named_planners, key=lambda named_planner: named_planner[1].rank(needs)
@@ -87,8 +90,8 @@ def choose_planners(
     if not suitable_planners:
         reason = "; ".join(reasons + missing_texts)
         raise UnsupportedProblemError(f"no planner supports this problem: {reason}")
-    # planners that ignore needs, e.g. costs, come last; the sort is stable: among the remaining planners, the
-    # ranks decide
+    # planners that ignore more needs, e.g. costs, come later; the sort is stable: the ranks decide among
+    # planners that ignore equally many
     suitable_planners.sort(key=lambda counted_planner: counted_planner[0])
     return PlannerChoice(
         tuple(planner for _, planner in suitable_planners), tuple(reasons), tuple(unavailable_names)

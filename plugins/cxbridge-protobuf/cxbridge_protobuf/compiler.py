@@ -38,7 +38,7 @@ def compile_files(file_names: Sequence[str], folder: Path, import_path: Sequence
         descriptor_file = Path(temporary_folder) / "set"
         arguments = [f"-I{import_folder}" for import_folder in import_path]
         arguments += ["--include_imports", f"--descriptor_set_out={descriptor_file}", *file_names]
-        process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
+        process = subprocess.run(  # noqa: S603 - the compiler, with files of a folder from the configuration
             # a separate process, since the import of grpc_tools changes Python's import system, and its
             # compiler prints errors to stderr
             python_command("-m", "grpc_tools.protoc", *arguments),

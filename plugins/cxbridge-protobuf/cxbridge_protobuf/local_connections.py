@@ -163,9 +163,9 @@ class LocalConnections:
         self._peers.pop(peer_id, None)
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Let only peers with the same secret and cipher read a peer's messages from now on.
+        """Let a peer exchange messages only with peers of the same secret and cipher from now on.
 
-        If the secret or the cipher is empty, peers without encryption can read them.
+        If the secret or the cipher is empty, these are the peers without encryption.
         """
         peer = self._peers.get(peer_id)
         if peer is not None:

@@ -45,10 +45,12 @@ class Mutexes:
         return True
 
     def try_lock(self, name: str, identity: str, *, force: bool = False) -> bool:
-        """Lock a mutex, and create it if necessary; return whether ``identity`` owns the mutex now.
+        """Lock a mutex, and create it if necessary.
 
         :param identity: the new owner.
         :param force: take the mutex from its owner.
+        :returns: whether this call locked the mutex; without ``force`` False if it is locked already, even by
+            ``identity``.
         """
         owner = identity or socket.gethostname()
         query: dict[str, object] = {"_id": name} if force else {"_id": name, "locked": False}
@@ -56,7 +58,7 @@ class Mutexes:
         try:
             mutex = self._store.find_one_and_update(self._collection, query, changes, upsert=True)
         except DuplicateKeyError:
-            # the query does not match a locked mutex, so that the upsert inserts a document with the same _id
+            # the query does not match a locked mutex, so the upsert would insert a document with the same _id
             return False
         return mutex is not None and mutex.get("locked-by") == owner
 
@@ -66,7 +68,7 @@ class Mutexes:
         mutex = self._store.find_one_and_update(
             self._collection,
             {"_id": name, "locked": True, "locked-by": owner},
-            # change all fields, so that the event contains a complete description of the mutex
+            # as in Fawkes, unchanged fields are also set, so that triggers can process the event easily
             {"$set": {"locked": True, "locked-by": owner}, "$currentDate": {"lock-time": True}},
         )
         return mutex is not None

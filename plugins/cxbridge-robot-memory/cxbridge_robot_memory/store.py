@@ -52,9 +52,9 @@ def split_name(collection: str) -> tuple[str, str]:
 class ReplicaSetStatus(Struct, frozen=True):
     """The status of a replica set, with the names of the enum items in MongoDBManagedReplicaSetInterface.
 
-    :param member: the role of the server in the replica set.
+    :param member: the role of the server in the replica set, or a state without a role, e.g. ``UNKNOWN``.
     :param primary: the item for whether the replica set has a server that accepts writes.
-    :param error: the reason if the status is unknown or bad; else empty.
+    :param error: the reason if the status is unknown, or there is no replica set; else empty.
     """
 
     member: str

@@ -69,7 +69,7 @@ class RunState:
     """The last write of each interface by ``Type::id``."""
     facts: EnvironmentFacts = field(default_factory=EnvironmentFacts)
     last_firing: RuleFired | None = None
-    """The rule that fired last; None before the first recorded firing."""
+    """The last firing of a rule; None before the first recorded firing."""
     _goal_facts: dict[tuple[str, str], int] = field(default_factory=dict)
     """The number of each goal's facts, by environment and goal id."""
 

@@ -13,7 +13,7 @@ from cxbridge_planning.compile.conditions import Fact
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """A variant of a ground action. An operator deletes facts before it adds facts.
+    """A variant of a ground action, or an auxiliary step. An operator deletes facts before it adds facts.
 
     :param action: the ground action; None for an auxiliary operator that only reaches the goal.
     :param preconditions: the numbers of the required facts.

@@ -56,7 +56,7 @@ class PyperplanPlanner(Planner):
 
         Then the search has exhausted the reachable states, except for ``ehs``, which may give up early.
 
-        :raises PlanningError: if the grounded task is too large.
+        :raises PlanningError: if the grounded task is too large, or a condition or an effect is unsupported.
         """
         strips_task = ground(domain, problem)
         if strips_task.goal <= strips_task.initial:
@@ -72,7 +72,7 @@ class PyperplanPlanner(Planner):
         from pyperplan.task import Operator as PyOperator  # noqa: PLC0415
         from pyperplan.task import Task  # noqa: PLC0415
 
-        logging.getLogger().setLevel(logging.WARNING)  # pyperplan logs each step of its search
+        logging.getLogger().setLevel(logging.WARNING)  # pyperplan logs its progress with the root logger
         # numbers are fast and reproducibly ordered, but the heuristic lmcut expects texts
         fact_ids = [
             str(number) if self.heuristic == "lmcut" else number for number in range(len(strips_task.facts))

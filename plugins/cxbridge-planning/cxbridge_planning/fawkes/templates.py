@@ -2,14 +2,14 @@
 
 =================================  ==========================================================
 ``<<#NAME|QUERY>> body <</NAME>>``  a section: the body, once for each document that the query (JSON) finds
-``<<#NAME>> body <</NAME>>``        a section with the query of an earlier section NAME
+``<<#NAME>> body <</NAME>>``        a section with the query of another section NAME
 ``<<field>>``                       a value of the section's document; ``<<a_b>>`` is the field b of the
                                    inner document a, ``<<a_0>>`` the first element of the array a, and
                                    ``<<a>>`` all elements, each after a blank
 ``<<GOAL>>``                        a value given to :meth:`ProblemTemplate.fill`, in and outside of sections
 =================================  ==========================================================
 
-A field that the document lacks is empty.
+A section within a section also has the fields of the outer document. A field without a value is empty.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Documents = Mapping[str, list[dict[str, Any]]]
 
 _TAG: Final = re.compile(r"<<(?P<mark>[#/]?)(?P<name>[A-Za-z0-9_]+)(?:\|(?P<query>.*?))?>>", re.DOTALL)
 _UNQUOTED_KEY: Final = re.compile(r"([{,]\s*)([A-Za-z_$][\w$.]*)\s*:")
-_UNPRINTABLE: Final = "INVALID_VALUE_TYPE"  # Fawkes' text for values of other types
+_UNPRINTABLE: Final = "INVALID_VALUE_TYPE"  # Fawkes' text for a value that it cannot print
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +49,8 @@ class _Field:
 class ProblemTemplate:
     """A parsed template.
 
-    :param file: the file name for errors.
-    :ivar queries: the queries by section.
+    :param file: the file name for errors; empty if unknown.
+    :ivar queries: the queries by the name of the section.
     :ivar warnings: mistakes that do not prevent filling the template.
     :raises PlanningError: if the tags of sections do not match, or a query is not a JSON object.
     """
@@ -95,11 +95,11 @@ class ProblemTemplate:
     def _record_query(self, name: str, query_text: str | None, offset: int) -> None:
         """Record the query of a section, for all sections of this name.
 
-        :param query_text: None if the section repeats the query of an earlier section.
+        :param query_text: None if the section has the query of another section.
         :param offset: the offset of the section in the template, for errors.
         :raises PlanningError: if the query is not a JSON object.
         """
-        if query_text is None:  # the section repeats an earlier query
+        if query_text is None:
             return
         try:
             query = _read_query(query_text)

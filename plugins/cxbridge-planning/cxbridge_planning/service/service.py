@@ -149,7 +149,10 @@ class PlanCall:
         return result
 
     def _best_result(self, planner: Planner, process: PlannerProcess, time_limit_s: float) -> PlanResult:
-        """Return the result of a planner whose process was killed: its best plan so far, or a timeout."""
+        """Return the result of a planner whose process was killed: its best plan so far, or a timeout.
+
+        The result of a cancelled call has no meaning.
+        """
         from cxbridge_planning.validation.plan import check_plan  # noqa: PLC0415 - few processes are killed
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
@@ -238,7 +241,7 @@ class PlanningService(Closing):
             process.close()
 
     def take_process(self, call: PlanCall) -> PlannerProcess | None:
-        """Take a process from the pool, when one is free; return None if the call was stopped.
+        """Wait for a free slot, and return an idle or a new process; return None if the call was stopped.
 
         :raises OSError: if a process cannot be started.
         """

@@ -33,7 +33,8 @@ class CollectionFunctions:
         self._log = context.log
         self._expand_path = expand_path
         # the types are CLIPS' codes for the arguments: any by default (*); `sy` is a string or a symbol;
-        # after an error the function returns `failure`, and the log line begins with the operation
+        # after an error the function returns `failure`, and a warning begins with the operation, or
+        # without an operation an error is logged
         for name, function, types, failure, operation in (
             ("robmem-insert", self.insert, "*;sy", None, "Insert"),
             ("robmem-update", self.update, "*;sy", None, "Update"),
@@ -73,7 +74,7 @@ class CollectionFunctions:
         self._update(collection, self._document(doc, "robmem-upsert"), query, upsert=True)
 
     def _update(self, collection: str, fields: Document, query: Value, *, upsert: bool) -> None:
-        criteria = self._parse_query(query)
+        criteria = self._parse_query(query, "robmem-upsert" if upsert else "robmem-update")
         if not fields:  # MongoDB refuses a $set without fields before version 5
             return
         try:
@@ -104,7 +105,7 @@ class CollectionFunctions:
             Cursor(
                 self._store.find(
                     collection,
-                    self._document(query, "robmem-query"),
+                    self._document(query, "robmem-query-sort"),
                     sort=self._document(order, "robmem-query-sort"),
                 )
             )
@@ -145,10 +146,11 @@ class CollectionFunctions:
         """Register a trigger for changes of a collection. A feedback fact reports success or failure.
 
         :returns: FALSE if a trigger of this name is being registered, TRUE otherwise.
+        :raises CxbridgeError: if the query is not a valid document.
         """
         try:
             criteria = validated_copy(self._document(query, "robmem-trigger-register"))
-        except ClipsError:
+        except CxbridgeError:
             self._report_registration(name, None)
             raise
         trigger = Trigger()
@@ -187,13 +189,14 @@ class CollectionFunctions:
         """
         return self._handles.get(address, dict, function)
 
-    def _parse_query(self, query: Value) -> Document:
+    def _parse_query(self, query: Value, function: str) -> Document:
         """Return a query that a rule gives as a document or as JSON.
 
+        :param function: as in :meth:`_document`.
         :raises ClipsError: if the query is neither.
         """
         if isinstance(query, ExternalAddress):
-            return self._document(query, "robmem-update: query")
+            return self._document(query, f"{function}: query")
         if isinstance(query, str):
             return jsontext.parse(query)
         raise ClipsError("Invalid query, must be string or BSON document")

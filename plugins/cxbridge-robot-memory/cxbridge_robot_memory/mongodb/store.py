@@ -180,7 +180,8 @@ class MongoStore(Store):
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
         """Provide a collection, and convert the errors of pymongo.
 
-        :raises UnreachableError: if the connection fails, and at once in the pause after such a failure.
+        :raises UnreachableError: if the connection fails or the database takes too long, and at once in the
+            pause after such a failure.
         :raises QueryError: if the name is invalid, values cannot be encoded, or the database reports another
             error.
         :raises DuplicateKeyError: if a document with the ``_id`` or with a unique value exists.

@@ -36,8 +36,8 @@ class TopLevelList(Struct, frozen=True):
 def split_top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     """Return the top-level lists of a text, in order.
 
-    In text with unbalanced parentheses or quotes, each beginning of a construct at the start of a line begins
-    a list.
+    In a text that is not balanced (see :func:`is_balanced`), each beginning of a construct at the start of a
+    line begins a list.
     """
     if not is_balanced(text):
         return tuple(_split_at_constructs(text))
@@ -59,7 +59,7 @@ def is_balanced(text: str) -> bool:
 
 
 def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
-    """Yield the top-level lists of each part between the beginnings of two constructs."""
+    """Yield the top-level lists of each part of a text. Each beginning of a construct begins a new part."""
     beginnings = [match.start(1) for match in _CONSTRUCT_BEGINNING.finditer(text)]
     for part_start, part_end in pairwise([0, *beginnings, len(text)]):
         # Each part is blanked separately, so that an unclosed string does not hide the next construct.

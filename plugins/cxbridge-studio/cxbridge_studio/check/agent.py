@@ -482,7 +482,10 @@ def needs_batch(file: Path) -> bool:
 
 
 def find_agent_names(options: RunOptions) -> list[str | None]:
-    """Return the names of a scenario's agents; ``[None]`` for a single agent without a name."""
+    """Return the agent of the options, or else the names of all agents of the scenario.
+
+    The result is ``[None]`` for a single agent without a name.
+    """
     if options.agent:
         return [options.agent]
     config, _ = source_of(options).load_configuration()

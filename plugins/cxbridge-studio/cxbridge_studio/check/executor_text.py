@@ -32,10 +32,11 @@ def read_executor_skills(executor: ExecutorSettings) -> tuple[str, ...] | None:
 
 
 def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
-    """Return the skills of an executor's class; None if they are computed, or the class is in a module.
+    """Return the skills of an executor's class.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param folder: the base of a relative file.
+    :returns: None if the skills are computed, or if another file defines the class or its skills.
     :raises SkillError: if the file cannot be read or parsed, or lacks the class.
     """
     file_name, name = split_target(target)
@@ -80,7 +81,7 @@ def _find_class_skills(name: str, classes: dict[str, ast.ClassDef]) -> tuple[str
 
 
 def _parse_literal_names(value: ast.expr | None) -> tuple[str, ...] | None:
-    """Return the texts of a literal tuple or list; None if any element is computed."""
+    """Return the texts of a literal tuple or list; None for another value or another element."""
     if not isinstance(value, ast.Tuple | ast.List):
         return None
     texts = [element.value for element in value.elts if isinstance(element, ast.Constant)]

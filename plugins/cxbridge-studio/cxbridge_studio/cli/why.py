@@ -64,7 +64,7 @@ class _AgentOptions:
         """
         for field in fields(self):
             if getattr(self, field.name) != field.default:
-                # The field of a repeatable option is a plural: clips_dirs has the values of --clips-dir.
+                # The only plural: the field clips_dirs has the values of --clips-dir.
                 option = field.name.removesuffix("s").replace("_", "-")
                 raise CxbridgeError(
                     f"--{option} needs a scenario",

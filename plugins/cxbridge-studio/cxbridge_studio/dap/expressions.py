@@ -120,7 +120,8 @@ def expand_variables(text: str, variables: Mapping[str, Value]) -> str:
 def _find_bound_names(root: SyntaxNode) -> Iterator[str]:
     """Yield the variables that an expression binds, and ``""`` for each list that binds none.
 
-    A list binds the first argument of its function, or its first word, such as ``f`` in ``((?f goal))``.
+    A call of ``bind`` or ``foreach`` binds its first argument, another list its first word, such as ``f`` in
+    ``((?f goal))``.
     """
     for node in root.walk():
         if node.items:

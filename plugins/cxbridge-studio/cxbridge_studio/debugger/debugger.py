@@ -135,7 +135,10 @@ class Debugger:
         return self._hit_counts[number]
 
     def move_to(self, executive: Executive) -> None:
-        """Set the same breakpoints in the executive that follows the debugged executive after a reset."""
+        """Set the same breakpoints in the executive that follows the debugged executive after a reset.
+
+        :raises ExecutiveError: if a breakpoint is unreachable there.
+        """
         next_debugger = debugger_of(executive)
         for candidate in self.breakpoints:
             next_debugger.add(candidate)
@@ -232,7 +235,8 @@ class Debugger:
     def stop_at_line(self, rule: str, line: int) -> None:
         """Stop at a line of a right-hand side, if a breakpoint or a step requires that.
 
-        Instrumented rules call this before each action, while :attr:`watches_lines` is true.
+        Instrumented rules call this before an action if :attr:`watches_lines` and :meth:`may_stop_at` allow
+        that.
 
         The stop ends when :attr:`on_stop` returns, because the right-hand side waits for that call.
         """
@@ -419,6 +423,7 @@ class Debugger:
         hits: list[Breakpoint | None] = [
             candidate for candidate in self._breakpoints.values() if candidate.matches_transition(event)
         ]
+        # the step `transition` ends at a transition of a goal or a plan-action, not at a status of a Skiller
         if self._step_unit == "transition" and not isinstance(event, SkillStatus):
             hits.append(None)
         if hits and not self._transition_hits and not self._fires_one_by_one:

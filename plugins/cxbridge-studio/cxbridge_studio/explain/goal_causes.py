@@ -88,7 +88,7 @@ class RootCauseFinder:
             yield f"rule {rule.name} {rule.reason}"
 
     def find_planner_cause(self, goal: GoalRecord) -> Iterator[str]:
-        """Yield the reason why the last planner call found no plan for a goal; none if it found a plan."""
+        """Yield the reason why the last planner call found no plan for a goal, if it found none."""
         calls = list(self._goals.find_planner_calls(goal))
         if calls and calls[-1].status in _STATUSES_WITHOUT_PLAN:
             # The output of a planner may have several lines.

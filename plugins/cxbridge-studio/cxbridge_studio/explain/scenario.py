@@ -71,7 +71,8 @@ def collect_scenario_evidence(
     :param at_s: the seconds since the start of the run; None for its end or its time limit.
     :param env_or_agent: with a single agent, the name of a CLIPS environment; with several agents, the name
         of an agent, which is also the name of its environment. None for the executive's environment.
-    :raises CxbridgeError: if an option is invalid, the run cannot start, or the environment does not exist.
+    :raises CxbridgeError: if an option is invalid, the run cannot start, the environment does not exist, or
+        none of several agents has the name.
     """
     options.check()
     with make_run(options) as run:

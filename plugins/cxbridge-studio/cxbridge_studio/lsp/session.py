@@ -28,7 +28,7 @@ _MAX_FILES: Final = 5000
 class Session:
     """The state of the server.
 
-    :ivar library: the paths of the host's files, which every agent has.
+    :ivar library: the paths of the CLIPS files that the executive itself loads for every agent.
     :ivar knowledge: the result of the last examination.
     :ivar root: the folder that is open in the editor; None if no folder is open.
     :ivar is_indexed: whether all files have been read once.
@@ -45,12 +45,12 @@ class Session:
     def find_definitions(self, path: str) -> AgentDefinitions:
         """Return the definitions visible in a file.
 
-        A file that the spec loads sees no definitions in unloaded CLIPS files, except in the host's files.
+        A file that the spec loads sees no definitions in unloaded CLIPS files, except in the library.
         """
         is_loaded = path in self.knowledge.loaded_files
         files = tuple(file for file in self.model.files if not is_loaded or self._is_visible(file.path))
         definitions = self._definitions_cache.get(is_loaded)
-        # cached, since the diagnostics of each open file need the definitions after each key
+        # cached, since the diagnostics of a file need the definitions after each change of its text
         if definitions is None or definitions.files != files:
             definitions = self._definitions_cache[is_loaded] = AgentDefinitions(files)
         return definitions
@@ -102,9 +102,10 @@ class AgentDefinitions:
 
 
 def find_agent_files(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
-    """Yield the files of an agent below a folder, except large files and hidden files and folders.
+    """Yield the files of an agent below a folder.
 
-    The search ends with the folder in which the number of files reaches the limit.
+    Large files, hidden files, and files in hidden or skipped folders are left out. The search ends with
+    the folder in which the number of files reaches the limit.
     """
     allowed_suffixes = frozenset(suffixes)
     pending_folders = [folder]

@@ -32,7 +32,7 @@ BREAKPOINT_SPECS: Final = {
 }
 LIVE_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
 RECORDED_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "events", "log")
-# the titles of the panes whose capitalized names are not their titles
+# the titles of the panes whose capitalised names are not their titles
 PANE_TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
 
 STYLE: Final = """

@@ -113,7 +113,7 @@ def _make_node(
     groundings: Groundings, is_atom: bool, slots: Slots, grounding: Slots, depth: int
 ) -> GroundedFormula | GroundedPredicate:
     if depth > _MAX_DEPTH:
-        raise SlotError("a formula is part of itself")
+        raise SlotError("formulas are nested too deep, or a formula is part of itself")
     node_id, grounding_id = read_text(slots, "id"), read_text(grounding, "id")
     names: list[str] = []
     constants: list[str] = []

@@ -100,7 +100,7 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
             for instance in instances:
                 instance.read()
             if not all(instance.has_writer for instance in instances):
-                # this endpoint and the other endpoints have Fawkes' texts
+                # the text of Fawkes' endpoints
                 raise ApiError(503, "Behavior Engine plugin is not loaded")
             yield instances
     except NoWriterError as error:  # the Skiller has stopped during the request

@@ -23,7 +23,8 @@ UNMATCHED_RULE: Final = Code(
     Severity.WARNING,
     "a rule that nothing can match",
     "The rule needs a fact that nothing asserts: no rule, function or deffacts has a fact of this template, "
-    "and neither the program nor an interface does. The rule never fires.",
+    "or only facts with another number of fields, and neither the program nor an interface makes one. The "
+    "rule never fires.",
 )
 UNREAD_FACT: Final = Code(
     "CX502",
@@ -90,7 +91,7 @@ _HARMLESS_FUNCTIONS: Final = frozenset(
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the unused rules, facts, goal classes and functions."""
+    """Yield the unused rules, facts, goal classes and functions, and the unhandled sub-types."""
     usage = agent.usage
     own_constructs = [construct for construct in agent.own_constructs if agent.is_loaded(construct)]
     yield from _check_rules(agent, usage, own_constructs)
@@ -242,7 +243,8 @@ def _check_life_cycle(
 def _can_expand(agent: Agent, construct: Construct, goal: FactUse, goal_class: str) -> bool:
     """Return whether a construct may expand a goal with these slots after its selection.
 
-    Rules of the core for goals of any class do not count, because they wait for the agent's rules.
+    A pattern of the core without class, type and sub-type does not count, because the core's rules for all
+    goals wait for the agent's rules.
     """
     # A rule that compares the class may handle the goal in a way that its patterns do not show.
     if goal_class in construct.compared_words:

@@ -118,7 +118,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _add_domain(call: DomainCall, actions: _KnownActions) -> Iterator[Finding]:
-    """Add the actions of a called domain to the known actions, and yield the mistakes in the domain."""
+    """Add the actions of the domain that a call parses, and yield the mistakes in the domain."""
     if call.domain is None:
         actions.is_complete = False
         if call.error is not None:
@@ -203,7 +203,7 @@ def _check_skill_string(action: str, template: str, place: SourcePlace) -> Itera
     Fawkes evaluates a skill string as Lua.
     """
     if not template.strip() or find_suspected_placeholders(template):
-        return  # an empty mapping, or a doubtful placeholder, has another finding
+        return  # an empty mapping, and a doubtful placeholder of a known action, has another finding
     # A value without quotes may be a number or a word.
     for sample in ("1", "a"):
         values = {"s": f'"{sample}"', "S": f'"{sample}"'}  # by kind of placeholder: these two write strings

@@ -1,4 +1,4 @@
-"""Checks for code that cxbridge accepts and Fawkes does not: in CLIPS 6.30, features, the blackboard and Lua.
+"""Checks for code that cxbridge accepts and Fawkes does not: functions, interfaces, Lua and PDDL domains.
 
 Only ``cxbridge check --portable`` reports these findings.
 """

@@ -91,7 +91,7 @@ class Constructs:
     def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return the snapshot of a rule without facts.
 
-        :raises ClipsError: if there is no such rule, or it cannot be parsed.
+        :raises ClipsError: if there is no such rule, it cannot be parsed, or its calls are nested too deeply.
         """
         if rule not in self.rule_texts:
             raise ClipsError(f"there is no rule '{rule}'")

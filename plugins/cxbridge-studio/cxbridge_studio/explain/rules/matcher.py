@@ -1,7 +1,7 @@
 """Matches parts of a condition against the facts of a snapshot, in an isolated CLIPS environment.
 
 Each query becomes a rule, the probe: CLIPS itself matches, binds variables and evaluates tests, and each
-firing of the probe is a match.
+activation of the probe is a match.
 """
 
 from __future__ import annotations
