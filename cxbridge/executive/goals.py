@@ -93,7 +93,7 @@ class GoalWatch:
             # a goal that starts anew is another goal with the same id
             if previous.mode == _LAST_MODE:
                 self._record_removal(goal)
-            else:
+            else:  # set back before RETRACTED: the outcome of the new life counts, not that of the former
                 self._removal_counts[goal] += 1
         self._fact_counts[goal] += 1
         self._retracted_ids.discard(goal)
@@ -138,11 +138,11 @@ class GoalWatch:
     def _record_removal(self, goal: str) -> None:
         state = self.open_goals.pop(goal, None)
         # a FORMULATED goal without an id is not removed: the core has given it an id
-        has_id = state is not None and (goal != NIL or state.mode != _FIRST_MODE)
-        if state is not None and has_id and state.is_root and goal not in self._ended_ids:
+        is_removed = state is not None and (goal != NIL or state.mode != _FIRST_MODE)
+        if state is not None and is_removed and state.is_root and goal not in self._ended_ids:
             self._record_end(state)
         self._ended_ids.discard(goal)
-        if has_id:
+        if is_removed:
             self._removal_counts[goal] += 1
 
     def _record_end(self, state: GoalState) -> None:

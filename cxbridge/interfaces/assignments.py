@@ -29,7 +29,8 @@ _BOOL_LITERALS = {
 def assign(block: Block, assignments: Iterable[str]) -> bool:
     """Set fields by ``NAME=VALUE``, or ``NAME=V,V,V`` for arrays.
 
-    Enum values are names or numbers. Missing elements of an array become zero.
+    Enum values are names or numbers. Empty elements of an array are left out, so that ``NAME=`` is an empty
+    array; the elements after the last become zero.
 
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
@@ -89,6 +90,7 @@ def set_field(block: Block, name: str, value: Any) -> None:
     elif field.enum is not None:
         numbers = {item.value for item in field.enum.items}
         for element in value if field.is_array and isinstance(value, list | tuple) else (value,):
+            # `set` checks elements of other types: truth values, and items of IntEnum classes
             if type(element) is int and element not in numbers:
                 raise misfit_error(block.SCHEMA.name, field, element)
     block.set(name, value)

@@ -91,7 +91,7 @@ class SkillBoard(Protocol):
     @property
     def executors(self) -> Iterable[Executor]: ...
 
-    def ask(
+    def request(
         self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[SkillAction], None]
     ) -> SkillAction:
         """Request a skill.
@@ -100,13 +100,15 @@ class SkillBoard(Protocol):
         :raises SkillError: if the request is impossible.
         """
 
-    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[SkillAction], None]) -> SkillAction:
+    def request_string(
+        self, skill_string: str, agent: str, on_change: Callable[[SkillAction], None]
+    ) -> SkillAction:
         """Request a skill by its skill string.
 
         :raises SkillError: if the skill string is invalid or the request is impossible.
         """
 
-    def stop(self, number: int) -> bool:
+    def cancel(self, number: int) -> bool:
         """Cancel an action; return whether it was running."""
 
 
@@ -193,12 +195,12 @@ class SkillBoardFeature(Feature):
             return 0
         parameters = {str(name): _json_value(value) for name, value in zip(names, values, strict=True)}
         return self._start_request(
-            context, lambda board: board.ask(str(skill), parameters, str(agent), context.queue_change)
+            context, lambda board: board.request(str(skill), parameters, str(agent), context.queue_change)
         )
 
     def _call(self, context: _SkillBoardContext, skill_string: str, agent: str) -> int:
         return self._start_request(
-            context, lambda board: board.ask_for(str(skill_string), str(agent), context.queue_change)
+            context, lambda board: board.request_string(str(skill_string), str(agent), context.queue_change)
         )
 
     def _start_request(self, context: _SkillBoardContext, ask: Callable[[SkillBoard], SkillAction]) -> int:
@@ -218,7 +220,7 @@ class SkillBoardFeature(Feature):
 
     def _cancel(self, number: int) -> Value:
         board = self._find_board()
-        return TRUE if board is not None and board.stop(number) else FALSE
+        return TRUE if board is not None and board.cancel(number) else FALSE
 
     def _read(self, context: _SkillBoardContext) -> None:
         """Update the facts of actions and executors."""

@@ -88,7 +88,7 @@ class LocalSkillCalls:
         """The present executors in order of appearance."""
         return self._skill_board.executors
 
-    def ask(
+    def request(
         self,
         skill: str,
         parameters: Mapping[str, Any],
@@ -103,14 +103,14 @@ class LocalSkillCalls:
         """
         return self._skill_board.request(SkillCall(skill, agent, parameters, label), on_change)
 
-    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
+    def request_string(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """Request a skill string with one call.
 
         :raises SkillError: if the skill string is invalid, or names or parameters do not fit into messages.
         """
         return self._skill_board.request(_to_skill_call(parse_skill_call(skill_string), agent), on_change)
 
-    def stop(self, number: int) -> bool:
+    def cancel(self, number: int) -> bool:
         """Cancel an action; return whether it was running."""
         master = self._skill_board.master(number)
         return master is not None and self._skill_board.cancel(master)

@@ -57,7 +57,7 @@ class SkillBoardClient:
     def executors(self) -> Iterable[ExecutorInfo]:
         return self._service.local_calls.executors
 
-    def ask(
+    def request(
         self,
         skill: str,
         parameters: Mapping[str, Any],
@@ -85,7 +85,7 @@ class SkillBoardClient:
             self._unsensed_executors.add(dummy_name)
             self._dummy_skills.add((agent, skill))
             self._service.settle()
-        return self._service.local_calls.ask(skill, parameters, agent, on_change, skill_id)
+        return self._service.local_calls.request(skill, parameters, agent, on_change, skill_id)
 
     def _may_get_dummy(self, agent: str, skill: str) -> bool:
         # the board remembers the skills of vanished executors, too
@@ -107,13 +107,13 @@ class SkillBoardClient:
         if isinstance(action, ThesisMaster):
             action.apply_timeout(self._run.clock.now_us())
 
-    def stop(self, number: int) -> bool:
+    def cancel(self, number: int) -> bool:
         """Cancel an action; return whether the action was still running.
 
         An executor of this process ends the action at once, and is ready for the next action.
         """
         self._service.settle()
-        was_cancelled = self._service.local_calls.stop(number)
+        was_cancelled = self._service.local_calls.cancel(number)
         self._service.settle()
         return was_cancelled
 

@@ -144,7 +144,7 @@ class _EnvironmentSkills:
             parameters[MAPPED_ACTION] = mapped_action
         try:
             # no callback for changes, since each tick reads the state
-            skill_action = skill_board.ask(
+            skill_action = skill_board.request(
                 action_name, parameters, agent or NO_AGENT, lambda _action: None, skill_id
             )
         except CxbridgeError as error:
@@ -196,7 +196,7 @@ class _EnvironmentSkills:
     def _cancel_action(self, call: _SkillCall) -> None:
         skill_board = self._feature.get_skill_board()
         if skill_board is not None and call.action is not None:
-            skill_board.stop(call.action.number)
+            skill_board.cancel(call.action.number)
 
     def close(self) -> None:
         """Cancel all skills."""

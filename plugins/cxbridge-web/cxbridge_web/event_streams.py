@@ -141,7 +141,7 @@ class EventStreams:
     def _encode_bunch(
         self, position: StreamPosition, kinds: frozenset[str], *, is_joined: bool
     ) -> tuple[bytes, StreamPosition]:
-        """Return the encoded events after a position, may be empty, and the position to continue from.
+        """Return the encoded events after a position, perhaps none, and the position after the events.
 
         :param is_joined: whether to send one message with an event per line, since browsers need 0.1 ms per
             message.

@@ -55,7 +55,7 @@ class FakeSkills:
     stopped: list[int] = field(default_factory=list)
     watchers: dict[int, Any] = field(default_factory=dict)
 
-    def ask(self, skill, parameters, agent, on_change):
+    def request(self, skill, parameters, agent, on_change):
         if skill == "impossible":
             raise SkillError("nobody can do that")
         number = len(self.actions) + 1
@@ -63,10 +63,10 @@ class FakeSkills:
         self.watchers[number] = on_change
         return self.actions[number]
 
-    def ask_for(self, skill_string, agent, on_change):
-        return self.ask(skill_string.partition("{")[0], {"string": skill_string}, agent, on_change)
+    def request_string(self, skill_string, agent, on_change):
+        return self.request(skill_string.partition("{")[0], {"string": skill_string}, agent, on_change)
 
-    def stop(self, number):
+    def cancel(self, number):
         self.stopped.append(number)
         return number in self.actions
 

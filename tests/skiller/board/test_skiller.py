@@ -147,8 +147,8 @@ def test_new_skill_string_replaces_running_skill_string(rig):
 def test_local_skill_calls_accept_single_call(rig):
     local_calls = LocalSkillCalls(rig.skill_board)
     with pytest.raises(Exception, match="must have one call, not 2"):
-        local_calls.ask_for("move{}; move{}", "r1", lambda _master: None)
-    master = local_calls.ask_for('move{to="x"}', "r1", lambda _master: None)
-    assert local_calls.stop(master.number)
-    assert not local_calls.stop(master.number)
-    assert not local_calls.stop(99)
+        local_calls.request_string("move{}; move{}", "r1", lambda _master: None)
+    master = local_calls.request_string('move{to="x"}', "r1", lambda _master: None)
+    assert local_calls.cancel(master.number)
+    assert not local_calls.cancel(master.number)
+    assert not local_calls.cancel(99)

@@ -267,7 +267,7 @@ class HubPerformer(Closing):
     def _stop_skill(self, master: Master) -> None:
         calls = self._find_skill_calls()
         if calls is not None:
-            calls.stop(master.number)
+            calls.cancel(master.number)
 
     def _find_executors(self, skill: str) -> list[ExecutorInfo]:
         """Return the agent's executors that have a skill."""
@@ -304,7 +304,7 @@ class HubPerformer(Closing):
             calls = self._find_skill_calls()
             if calls is None:
                 raise SkillError("there is no skill board")
-            job.master = calls.ask(
+            job.master = calls.request(
                 call.skill, call.parameters, call.agent, partial(self._report_state, job), call.label
             )
         except CxbridgeError as error:

@@ -96,7 +96,7 @@ class Side:
     def request_skill(self, skill: str, *values: object, agent: str = "robot1", **named: object) -> Master:
         """Request the execution of a skill."""
         numbered = {str(number): value for number, value in enumerate(values, start=1)}
-        return self.service.local_calls.ask(skill, numbered | named, agent, lambda _master: None)
+        return self.service.local_calls.request(skill, numbered | named, agent, lambda _master: None)
 
     def loop(self) -> None:
         """Run the loops of the board and the performers once."""

@@ -60,7 +60,7 @@ def filter_skill_lines(side: Side) -> list[str]:
 
 def test_performer_executes_skill_of_caller(world: LocalWorld, caller: Side, performer: Side):
     feedback = []
-    master = caller.service.local_calls.ask(
+    master = caller.service.local_calls.request(
         "move", {"robot": "r2", "to": "hall"}, "robot1", lambda master: feedback.append(master.feedback)
     )
     assert world.wait_for_ends(master) == [SUCCEEDED]
@@ -276,7 +276,7 @@ def test_response_after_cancel_is_rejected(
     world: LocalWorld, caller: Side, hub_peer: HubPeer, master: Master
 ):
     key = hub_peer.receive(MessageKind.REQUEST).key
-    caller.service.local_calls.stop(master.number)
+    caller.service.local_calls.cancel(master.number)
     world.wait_for_ends(master)
     hub_peer.send(MessageKind.RESPONSE, key)
     hub_peer.receive(MessageKind.REJECT, "peer")
@@ -293,7 +293,7 @@ def test_request_has_configured_arguments(world: LocalWorld, protocol: str, hub_
 
 @pytest.mark.parametrize("protocol", ["skill-execution"])
 def test_messages_have_mapped_action_of_thesis(caller: Side, hub_peer: HubPeer):
-    caller.service.local_calls.ask(
+    caller.service.local_calls.request(
         "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
     )
     request = hub_peer.receive(MessageKind.REQUEST)

@@ -76,7 +76,7 @@ def test_our_caller_commands_our_performer(world: World, protocol: str):
     assert world.wait_for_ends(caller.request_skill("wave", "fail")) == [("FAILED", "door closed")]
     master = caller.request_skill("move", "long")
     world.wait_until(lambda: master.feedback)
-    caller.service.local_calls.stop(master.number)
+    caller.service.local_calls.cancel(master.number)
     assert world.wait_for_ends(master)[0][0] == "CANCELLED"
     world.wait_until(lambda: "move was stopped" in performer.lines)
     assert world.wait_for_ends(caller.request_skill("move", "r2", "hall")) == [SUCCEEDED]
@@ -90,7 +90,7 @@ def test_our_executive_commands_cpp_performers(
     caller = world.add_side(CALLER, CLASS=CALLERS[protocol])
     feedback: list[str] = []
     calls = caller.service.local_calls
-    master = calls.ask(
+    master = calls.request(
         "move", {"1": "r2", "2": "hall"}, "robot1", lambda master: feedback.append(master.feedback)
     )
     assert world.wait_for_ends(master) == [SUCCEEDED]
@@ -98,7 +98,7 @@ def test_our_executive_commands_cpp_performers(
     assert world.wait_for_ends(caller.request_skill("move", "fail")) == [("FAILED", "door closed")]
     master = caller.request_skill("move", "long")
     world.wait_until(lambda: master.feedback)
-    calls.stop(master.number)
+    calls.cancel(master.number)
     assert world.wait_for_ends(master)[0][0] == "CANCELLED"
     for place in "abcdef":  # each performer still answers after a rejection
         assert world.wait_for_ends(caller.request_skill("move", place)) == [SUCCEEDED]

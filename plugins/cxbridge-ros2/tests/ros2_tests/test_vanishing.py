@@ -93,7 +93,7 @@ def test_skill_ends_after_server_vanishes(side: Side, domain: int, state: str, c
     if state == STATES[3]:
         wait_until(lambda: server._goal, side.loop, server.loop)
         wait_until(lambda: not server.node.poll(0.2), side.loop)
-        side.service.local_calls.stop(master.number)
+        side.service.local_calls.cancel(master.number)
     wait_until(lambda: server.is_reached, side.loop, server.loop)
     server.node.close()
     second_server = Server(domain + 17, state) if comes_back else None

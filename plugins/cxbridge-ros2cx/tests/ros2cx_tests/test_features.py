@@ -39,9 +39,9 @@ TEMPLATES = """
 class Skills(FakeSkills):
     """A fake skill board with dummies."""
 
-    def ask(self, skill, parameters, agent, on_change, name=""):
+    def request(self, skill, parameters, agent, on_change, name=""):
         self.names = [*getattr(self, "names", []), name]
-        return super().ask(skill, parameters, agent, on_change)
+        return super().request(skill, parameters, agent, on_change)
 
     def apply_timeout(self, action):
         pass

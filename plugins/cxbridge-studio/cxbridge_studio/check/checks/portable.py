@@ -24,13 +24,13 @@ REFUSED_CALL: Final = Code(
     "CX601",
     Severity.WARNING,
     "not in Fawkes: a call that CLIPS 6.30 refuses",
-    "CLIPS 6.30 takes a variable as the first argument of modify and duplicate, and two numbers or more for "
-    "max and min. It drops a construct with another call.",
+    "In CLIPS 6.30, the first argument of modify and duplicate must be a variable, and max and min need two "
+    "numbers or more. CLIPS 6.30 drops a construct with a call that breaks these rules.",
 )
 ADDED_FUNCTION: Final = Code(
     "CX602",
     Severity.WARNING,
-    "not in Fawkes: a function",
+    "not in Fawkes: a function that only cxbridge has",
     "Neither CLIPS 6.30 nor a feature of Fawkes has the function: a construct that calls it is dropped.",
 )
 REDEFINED_FUNCTION: Final = Code(
@@ -56,7 +56,7 @@ WRONG_INTERFACE_NAME: Final = Code(
 LUA_SECONDS: Final = Code(
     "CX606",
     Severity.WARNING,
-    "not in Fawkes: seconds with decimals of a Lua time",
+    "not in Fawkes: exact seconds from Time:in_sec()",
     "Time:in_sec() returns a 32-bit float in Fawkes: the time of day is off by up to 64 seconds, and "
     "differences of two such numbers are 0 or multiples of 128 seconds.",
 )
@@ -69,7 +69,7 @@ FUNCTION_ARGUMENT: Final = Code(
 REFUSED_DOMAIN: Final = Code(
     "CX608",
     Severity.WARNING,
-    "not in Fawkes: a PDDL domain",
+    "not in Fawkes: a PDDL domain that its parser refuses",
     "Fawkes' parser refuses the domain: it supports fewer operators, and requires all sections in a fixed "
     "order. docs/evidence/planning.md lists the differences.",
 )
@@ -96,7 +96,7 @@ _LUA_MISTAKES: Final = (
     (
         FUNCTION_ARGUMENT,
         re.compile(r"\b(?:args|skills)\s*=\s*\{[^\n]*?=\s*function\b"),
-        "give the skill a value, and choose in the skill",
+        "pass a string or a number, by which the skill chooses the function",
     ),
 )
 _LUA_LINE_COMMENT: Final = re.compile(r"--[^\n]*")

@@ -58,10 +58,11 @@ def _parse_slots(change: FactChange, template: FactTemplate | None) -> Mapping[s
         try:
             _, texts = parse_fact(change.text)
         except FactSyntaxError:
-            # Without a template, an ordered fact such as ``(at 1 2)`` is no syntax error.
             if template is not None:
                 return None
+            # Without a template, the fact may be an ordered fact such as ``(at 1 2)``.
         else:
+            # Without a template, a fact without slots such as ``(done)`` counts as ordered.
             if texts or template is not None:
                 return {slot: _parse_slot_values(text, slot, template) for slot, text in texts.items()}
     # An ordered fact: its fields are between ``(TEMPLATE `` and ``)``.

@@ -2,7 +2,7 @@
 // steps, depending on the axis.
 const LEAST_SPAN = { time: 200, step: 4 }; // the smallest visible part: microseconds, steps
 const MARGIN = 0.02, // beside the whole run, as a share of its length; twice as much after its end
-  LONGEST_SPAN = 1e15; // the greatest visible part: 30 years in microseconds
+  LONGEST_SPAN = 1e15; // 30 years in microseconds: repeated zooms must not overflow before set() limits them
 
 export class TimeWindow {
   /** @param range() the range of the run: {from, to} in the unit of the axis */
@@ -36,7 +36,7 @@ export class TimeWindow {
   /** The range of the whole run with margins; the newest moment has room to move. */
   whole() {
     const { from, to } = this.range(this.axis),
-      span = Math.max(to - from, this.axis === "time" ? 1000 : 1);
+      span = Math.max(to - from, this.axis === "time" ? 1000 : 1); // 1 ms, 1 step: an empty run has a length
     return { from: from - span * MARGIN, to: from + span * (1 + MARGIN * 2) };
   }
 
@@ -73,6 +73,7 @@ export class TimeWindow {
   }
   /** Show a range with a margin. */
   show(from, to) {
+    // 15 % at each side; 0.5 ms or 1 step beside a single moment
     const room = Math.max((to - from) * 0.15, this.axis === "time" ? 500 : 1);
     this.set(from - room, to + room);
   }
@@ -113,8 +114,9 @@ export function axisStep(timeWindow) {
     // marks have a distance of at least 105 pixels, and there are at least two
     leastStep = (timeWindow.span / unit) * Math.min(0.5, 105 / timeWindow.width),
     power = 10 ** Math.floor(Math.log10(leastStep));
-  const longStep = unit === 1e6 && leastStep > 45 ? clockStep(leastStep) : null; // minutes and hours
-  const step =
+  // minutes and hours; from 45 s on, the next step is a minute, which 50 s would nearly repeat
+  const longStep = unit === 1e6 && leastStep > 45 ? clockStep(leastStep) : null;
+  const step = // there is no part of a step, but of a second
     longStep || Math.max([1, 2, 5, 10].find((each) => each * power >= leastStep) * power, unit === 1 ? 1 : 0);
   return { step, unit };
 }
