@@ -48,7 +48,8 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
     """Read a plan file, without its comments.
 
     :param names: the known actions and objects.
-    :raises PlanningError: if the file is not readable, or a line is not a step with known names.
+    :raises PddlError: if the file cannot be read, or is too large.
+    :raises PlanningError: if a line is not a step with known names.
     """
     steps = []
     for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):

@@ -126,7 +126,7 @@ def list_values(message: Message, field: MessageField, add_message: AddMessage) 
 def change_value(
     message: Message, field: MessageField, clips_value: Value, get_message: GetMessage, *, is_added: bool
 ) -> None:
-    """Set a field, or append to a list.
+    """Set a field, or append to a list; fields of bytes stay unchanged.
 
     :param is_added: whether to append to a list.
     :raises UnknownEnumValueError: if the enumeration of the field has no such value.

@@ -50,7 +50,8 @@ class SocketConnections:
         self._server_address = server_address
         self.inbox: Final = Inbox(now_us)
         self._ids = itertools.count(1)
-        # guards the changes of `_links` and `_peers` by both threads; a single look-up needs no lock
+        # guards the changes of `_links`, which both threads make, and of `_peers`; a single look-up or copy
+        # needs no lock
         self._lock = threading.Lock()
         self._links: dict[int, StreamLink] = {}
         self._peers: dict[int, Peer] = {}
@@ -74,13 +75,17 @@ class SocketConnections:
         if port <= 0 or self._server is not None:
             return
         server_socket = self._open_server_socket(port)
-        # accepted sockets inherit the option; Nagle's algorithm would delay messages by up to 40 ms
+        # accepted sockets inherit the option; Nagle's algorithm would delay messages by up to 40 ms, and
+        # asyncio sets the option only for sockets that were opened with IPPROTO_TCP
         server_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
-        async def start() -> asyncio.Server:
-            return await asyncio.get_running_loop().create_server(self._make_server_link, sock=server_socket)
+        async def start() -> None:
+            # set in the thread: a client may connect before the environment's thread continues
+            self._server = await asyncio.get_running_loop().create_server(
+                self._make_server_link, sock=server_socket
+            )
 
-        self._server = self._run_in_thread(start())
+        self._run_in_thread(start())
 
     def disable_server(self) -> None:
         """Stop listening and close the connections of the server's clients."""
@@ -118,6 +123,7 @@ class SocketConnections:
         :param secret: the secret for encryption; empty for unencrypted messages.
         :returns: 0 if ``send_port`` is below 1.
         :raises ProtobufError: if a port or the cipher is unavailable, or the host is unknown.
+        :raises TimeoutError: if the look-up of the host takes longer than 10 s.
         """
         if send_port <= 0:
             return 0
@@ -139,6 +145,8 @@ class SocketConnections:
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption.
+
+        Unknown ids are ignored.
 
         :raises ProtobufError: if the cipher is unknown.
         """
@@ -174,7 +182,7 @@ class SocketConnections:
         self._call_in_thread(peer.send, frame)
 
     def close(self) -> None:
-        """Close all connections and end the thread; the object is unusable afterwards."""
+        """Close all connections and end the thread; the object must not be used afterwards."""
         self.disable_server()
         for link in self._remove_links():
             self._call_in_thread(link.close)
@@ -256,14 +264,15 @@ class SocketConnections:
             self.inbox.add_event(
                 ConnectionChange(link.role, link.id, is_connected=True, host=link.host, port=link.port)
             )
-        elif link.role is LinkRole.SERVER:
+        # without a warning if the server was disabled in between
+        elif link.role is LinkRole.SERVER and self._server is not None:
             self.inbox.warn(
                 f"Client {link.host} is rejected: there are too many clients", kind="too many clients"
             )
         return is_accepted
 
     def report_loss(self, link: StreamLink, reason: str) -> None:
-        """Report a lost connection with its reason."""
+        """Report a lost connection with its reason, which may be empty."""
         if reason:
             self.inbox.warn(
                 f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind="closed"

@@ -73,7 +73,7 @@ class MessageTypes:
 
     def _register_numbered_types(self, file_descriptor: Any) -> None:
         for name, descriptor in file_descriptor.message_types_by_name.items():
-            if "CompType" in descriptor.enum_types_by_name:  # types without CompType are parts of messages
+            if "CompType" in descriptor.enum_types_by_name:  # frames cannot have other types
                 try:
                     self.register(descriptor.full_name)
                 except ProtobufError as error:
@@ -82,7 +82,8 @@ class MessageTypes:
     def register(self, full_name: str) -> None:
         """Register a type, so that frames with its numbers are accepted.
 
-        :raises ProtobufError: if the type is unknown or has no numbers, or another type has the same numbers.
+        :raises ProtobufError: if the type is unknown or has no valid numbers, or its numbers are registered
+            already.
         """
         message_class = self._find_class(full_name)
         component, type_ = message_numbers(message_class.DESCRIPTOR)

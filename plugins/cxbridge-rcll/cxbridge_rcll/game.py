@@ -95,7 +95,7 @@ class LeagueGame(LeagueSettings):
         :param seed: the seed for the field, the orders and all further random choices.
         :param console: receives the log lines.
         :param attach: called with each agent before the game.
-        :raises CxbridgeError: if options conflict.
+        :raises CxbridgeError: if options conflict, the file ``world`` is wrong, or the game cannot be set up.
         """
         verdict_listener = VerdictListener()
 
@@ -138,6 +138,7 @@ class LeagueGame(LeagueSettings):
         :param seed: the seed for the field, the orders and all further random choices.
         :param options: the options of this game, possibly with another recording.
         :param additions: additions to the run, besides those of the game.
+        :raises CxbridgeError: as :class:`GameSetup`, or if the agent cannot be set up.
         """
         setup = GameSetup(self, options, seed)
         return (LeagueTeam if setup.is_team else LeagueRun)(setup, additions)

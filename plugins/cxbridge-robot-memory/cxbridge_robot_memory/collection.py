@@ -9,7 +9,7 @@ from cxbridge_robot_memory.errors import DuplicateKeyError
 from cxbridge_robot_memory.query import compile_query, equalities, leaf_reader
 from cxbridge_robot_memory.values import Document, order_key
 
-# The maximum number of documents that a query scans: for few documents, a scan is faster than an index.
+# Up to this number of documents, a query uses no index: for few documents, a scan is faster.
 _MAX_SCANNED = 32
 
 # The maximum number of automatic indexes, because each index slows down writes.
@@ -37,7 +37,8 @@ class Collection:
     def _find_candidates(self, query: Mapping[str, Any]) -> Iterable[Document]:
         """Return a superset of the matching documents.
 
-        The order is that of the insertions, but an index has a document that an update gave the value last.
+        The order is that of the insertions, except in an index: there, a document comes last if an update
+        gave it the value.
         """
         if not query:
             return self._documents.values()
@@ -58,7 +59,7 @@ class Collection:
         return (self._documents[identity] for identity in min(candidate_identities, key=len))
 
     def _ensure_index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
-        """Return the index of a path, created if necessary; None if the collection has too many indexes."""
+        """Return the index of a path, created if necessary; None if there are too many to create it."""
         index = self._indexes.get(path)
         if index is None and len(self._indexes) < _MAX_INDEXES:
             index = self._indexes[path] = {}

@@ -20,7 +20,7 @@ def parse(text: str) -> Document:
     """
     try:
         document = json.loads(text, object_hook=_extended_value)
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
         raise QueryError(f"not a JSON document: {error}") from None
     if not isinstance(document, dict):
         raise QueryError("a document must be a JSON object")
@@ -29,7 +29,7 @@ def parse(text: str) -> Document:
 
 def _extended_value(fields: dict[str, Any]) -> Any:
     """Return the value of an extended JSON object, or the object itself."""
-    # as in MongoDB's shell, only the first field decides whether the object stands for a value
+    # as in MongoDB's shell, an object stands for a value only if its first field begins with $
     name = next(iter(fields), "")
     if not name.startswith("$"):
         return fields

@@ -84,7 +84,8 @@ class SentGoal:
     :ivar accepted_s: the time of the acceptance, in seconds since the epoch; 0.0 before the acceptance.
     :ivar status: the last known status.
     :ivar feedback: the last feedback, or None.
-    :ivar result: the result message; empty if the goal ended without a result; None before the end.
+    :ivar result: the result message; empty if the goal ended without a result; None before the end, and for a
+        rejected goal.
     :ivar reason: why the result is missing, if the transport knows; else empty.
     :ivar is_cancel_requested: whether a cancel request was sent.
     :ivar cancel_refusal: the reason why the last cancel request was refused, or None.
@@ -480,6 +481,7 @@ class ActionServer(Closing, GoalHandler):
     :param execute: starts the execution of a goal.
     :param clock: the clock for the stamps of goals.
     :param right: the right that clients need to send a goal.
+    :raises Ros2Error: if the name or type is invalid.
     """
 
     def __init__(

@@ -180,7 +180,7 @@ class EndpointTable:
         raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{subpath}'{package_hint_text}\n")
 
     def _describe_absent_package(self, path: str) -> str:
-        """Return a colon and the hint to the missing package that serves a path; empty if no package does."""
+        """Return a colon and the hint to the missing package that serves a path; empty if none is missing."""
         path_prefix = "/".join(path.split("/")[:3])  # the first two segments, below which one package serves
         hint = package_hint(f"/api{path_prefix}")
         is_installed = any(endpoint.path.startswith(path_prefix) for endpoint in self.endpoints)

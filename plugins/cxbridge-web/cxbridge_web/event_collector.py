@@ -1,7 +1,7 @@
-"""The source of the event stream: the bus, limited to the kinds of events that clients request.
+"""The source of the event stream: the events of the bus, those of on-demand kinds only on a client's request.
 
 Facts and rules cost time in CLIPS even if no client reads them, so they are watched only on request. Several
-threads emit events; a deque passes them to the server's thread without a lock.
+threads emit events; a deque for each group of kinds passes them to the server's thread without a lock.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class EventCollector:
         self._host.bus.unsubscribe(self._enqueue)
 
     def _subscribe(self, requested_kinds: set[str], environments: list[ClipsEnvironment]) -> None:
-        """Replace all subscriptions and watches by subscriptions and watches of the requested kinds."""
+        """Replace the subscriptions and watches of on-demand kinds by those of the requested kinds."""
         bus = self._host.bus
         current_environments = list(self._host.environments().values())
         for env, kind in self._own_watches:

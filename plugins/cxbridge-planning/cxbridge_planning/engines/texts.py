@@ -89,7 +89,8 @@ def _merge_quantifiers(formula: Formula) -> Formula:
 def read_task(domain: Domain, problem: Problem) -> Any:
     """Return the problem as an object of unified-planning.
 
-    :raises PlanningError: if parsing fails; the error names the user's file, and the line if it is known.
+    :raises PlanningError: if parsing fails; the error names the user's file if there is one, and the line if
+        it is known.
     """
     io_module = importlib.import_module("unified_planning.io")
     # PDDL permits the same name for a type, an object and a predicate

@@ -49,7 +49,8 @@ class _CheckedPlan:
 
     :param problem: the problem; only its goal counts, because present facts replace the initial state.
     :param object_names: the names of the problem's objects; None: all objects of the environment.
-    :param change_count: the number of changes of facts up to the last check; -1 before the first check.
+    :param change_count: the number of changes of facts that the last check has considered, or that came while
+        the plan could not be checked; -1 before the first check.
     :param failure: the failure in the last check; empty if the plan was valid.
     :param objects: the objects at the last check; None before the first check.
     :param object_change_count: the number of changes of objects up to the last check; -1 before the first.
@@ -116,7 +117,7 @@ class PlanChecks:
         """Check the remaining actions of a plan and update its fact; return TRUE if the plan is valid.
 
         Without relevant changes, or while the plan cannot be checked, the result is that of the last check.
-        An unknown plan is FALSE.
+        For an unknown plan, the result is FALSE.
         """
         plan = self._plans.get(plan_id)
         if plan is None:

@@ -1,7 +1,8 @@
 """The ``robmem-mutex-*`` functions for locks that agents share.
 
-Most functions have two variants. The variant without ``-async`` waits for the database; the variant with
-``-async`` returns at once, and reports its result as a fact in a later run of the rules.
+Most functions have two variants. The variant without ``-async`` waits for the database. The variant with
+``-async`` does not wait for a database outside of this process; a fact in a later run of the rules reports
+some of the results, see :meth:`MutexFunctions._queue_feedback`.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ class MutexFunctions:
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
     def _queue_feedback(self, name: str, mutex: str, *, is_successful: bool) -> None:
-        """Queue a fact with the outcome of an operation, if Fawkes has such a fact for the operation.
+        """Queue a fact with the outcome of an operation, if Fawkes has such a fact for the outcome.
 
         Agents learn the remaining outcomes from the trigger on the collection of mutexes.
         """

@@ -88,7 +88,7 @@ def _lower_name(name: Name) -> Name:
 
 
 def _find_parsable_sections(text: str) -> Iterator[PlacedPiece]:
-    """Yield the sections that can be parsed alone in a text with unbalanced brackets."""
+    """Yield the sections that can be parsed alone in a broken text."""
     for start, end in pairwise([*(match.start(1) for match in _SECTION.finditer(text)), len(text)]):
         code = _blank_comments(text[start:end])
         missing_count = code.count("(") - code.count(")")
@@ -216,7 +216,7 @@ class _SectionReader:
                 pending_items += self._read_operands(inner_item)
             elif inner_item.text.startswith("?"):
                 self._record_words((inner_item,), NameKind.PARAMETER, Use.READ, action)
-            elif not inner_item.text[0].isdigit():  # not a number
+            elif not inner_item.text.lstrip("-.")[:1].isdigit():  # not a number such as 2, -2 or .5
                 self._record_words((inner_item,), NameKind.CONSTANT, Use.NAMED)
 
     def _read_operands(self, group: Group) -> tuple[Item, ...]:

@@ -26,7 +26,7 @@ class Code:
 
     :param name: a stable name such as ``CX201``, which comments use to silence findings.
     :param title: the mistake, in a few words.
-    :param explanation: the consequence and the remedy.
+    :param explanation: the cause or the consequence, in whole sentences.
     """
 
     name: str

@@ -68,7 +68,10 @@ def _find_fact_actions(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceActi
 
 
 def _find_builders(file: ClipsFile) -> Iterator[tuple[str, int]]:
-    """Yield the name of each function that asserts a plan-action, and the index of the action's argument."""
+    """Yield the name of each builder, and the index of the argument with the action's name.
+
+    A function counts as a builder if a list ``(action-name ?x)`` in it has one of its parameters.
+    """
     for construct in file.constructs:
         if construct.kind != "deffunction":
             continue

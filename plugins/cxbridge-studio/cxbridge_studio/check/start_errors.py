@@ -28,8 +28,8 @@ _UNKNOWN_NAME_CODES: Final = frozenset({UNKNOWN_TEMPLATE, UNKNOWN_SLOT, UNKNOWN_
 def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return the error with the check's findings, and with the mistakes in files without findings.
 
-    The error is unchanged if the check finds no errors, or the run is lenient: a lenient run starts despite
-    the defects of a Fawkes checkout, which the check would report.
+    The error is unchanged if the check finds no errors, the options are wrong, or the run is lenient: a
+    lenient run starts despite the defects of a Fawkes checkout, which the check would report.
     """
     findings = find_errors(options)
     if not findings:

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 def monitor(
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
-    count: Annotated[int | None, typer.Option(min=1, help="End after N changes.")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="End after N lines.")] = None,
     timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object per line.")] = False,
 ) -> int:
-    """Follow the states of a Skiller: a line when the skill string, status, error or controller changes.
+    """Follow the states of a Skiller: a line with the present state, and a line after each change.
 
-    Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
+    Exit status: 0 after --count lines or without --count; 3 when --timeout came first; 130 after Ctrl-C.
 
     Example: cxbridge skill monitor --timeout 60
     """
@@ -58,7 +58,7 @@ def _print_lines(
         change: InterfaceChange | None = feed.read_state(feed.open(SKILLER_TYPE, skiller))
         while change is not None:
             line = _format_state(change, as_json=as_json)
-            # not at each write: a Skiller also writes fields that the line does not show
+            # not at each event: a write may leave all values unchanged, and a new writer is an event, too
             if line != previous_line:
                 previous_line, printed_count = line, printed_count + 1
                 say(line, flush=True)

@@ -90,7 +90,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constants_only: bool = Fals
 
 
 def _make_name_hint(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
-    """Return a hint about a deftemplate or a slot with a similar name; None if all names are correct.
+    """Return a hint about a wrong name of a deftemplate or a slot; None if there is no such name or no hint.
 
     :param text: the fact that CLIPS refuses.
     :param errors: CLIPS' messages.
@@ -128,7 +128,7 @@ def modify_fact(
     :param slots: values as CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
     :param constants_only: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises NotFoundError: if the fact does not exist.
-    :raises ClipsError: if a slot does not exist, or cannot have the value.
+    :raises ClipsError: if no slot is named, a slot does not exist, or CLIPS refuses a value.
     """
     fact = env.maker.find_fact(index)
     if fact == NULL:

@@ -42,7 +42,7 @@ _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":c
 
 
 def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
-    """Return the names that fit at a position, sorted and without duplicates."""
+    """Return the proposals that fit at a position, sorted by their texts, and only one for each text."""
     completers: Mapping[str, Callable[[Session, SourceFile, int], Iterable[Proposal]]] = {
         ".clp": _complete_clips,
         ".yaml": _complete_yaml,

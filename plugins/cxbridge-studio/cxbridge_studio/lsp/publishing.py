@@ -30,7 +30,7 @@ _WORD: Final = re.compile(r"[^\s()]+|\(")
 class FileFindings:
     """The findings of the last check by file, and the files that have changed since the check began.
 
-    :ivar changed_paths: the paths of files with a text that differs from the checked text.
+    :ivar changed_paths: the paths of files with a text that may differ from the checked text.
     :ivar by_path: the findings of the last check by path, as in ``cxbridge check --json``.
     """
 
@@ -84,7 +84,7 @@ class FileFindings:
 def _convert_check_finding(
     file: SourceFile, finding: Mapping[str, Any], positions: PositionConverter
 ) -> Diagnostic:
-    # The line and the column of a finding may be 0, for the whole file.
+    # The line is 0 for the whole file, and the column for the whole line.
     start = file.lines.position(max(finding["line"], 1), max(finding["column"], 1))
     word_match = _WORD.match(file.text, start)
     end = word_match.end() if word_match else start

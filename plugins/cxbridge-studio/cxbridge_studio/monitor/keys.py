@@ -58,7 +58,7 @@ KEYS: Final = (
     KeyBinding("j", "ask(':jump ')", "Jump", "to a time, in seconds since the beginning", "j", "recorded"),
 )
 
-# the keys that scrub a recording, whichever widget has the focus, except the prompt
+# bindings with one of these keys scrub a recording, whichever widget has the focus, except the prompt
 SCRUBBING_KEYS: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end"})
 
 

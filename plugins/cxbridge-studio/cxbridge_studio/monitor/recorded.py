@@ -1,6 +1,6 @@
-"""The source of the monitor for a recorded run: moves to a time of the run, and plays the run.
+"""The source of the monitor for a recorded run: shows the state at a position, which commands move.
 
-The recording is read in slices, between the keys that the user presses, so that a long recording is shown at
+Each snapshot reads a further slice of the recording, so that the first screen of a long recording appears at
 once.
 """
 

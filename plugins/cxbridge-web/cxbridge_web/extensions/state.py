@@ -16,7 +16,8 @@ class ServerState:
     """The shared objects of the web server.
 
     :param streams: the event streams of the clients.
-    :param collector: counts the firings of rules while a client follows them.
+    :param collector: the source of the event streams; counts the firings of rules while a client requests
+        them.
     :param navgraphs: the loaded navigation graphs.
     """
 

@@ -26,7 +26,7 @@ DEFAULT_ENVIRONMENT: Final = "executive"
 
 
 class SlotError(Exception):
-    """A slot without a value, or with a value that does not fit its member, or a formula in a ring."""
+    """A slot has no value or a value that does not fit its member, or a formula contains itself."""
 
 
 def find_environment(call: ApiCall, name: str = DEFAULT_ENVIRONMENT, status: int = 503) -> ClipsEnvironment:

@@ -1,7 +1,7 @@
-"""Checks for skills that do not load, and for mappings to unknown skills and arguments.
+"""Checks of skills and their executors, of Lua files in skill folders, and of mappings to skills.
 
-A skill is a Lua file in the agent's skill space, or belongs to an executor: a Python class or a ROS 2 action
-of the skill board.
+A skill is a Lua file in the agent's skill space, or belongs to an executor of the skill board: a Python
+class, or an action or service of ROS 2.
 """
 
 from __future__ import annotations
@@ -59,8 +59,7 @@ UNCOMPILED_FILE: Final = Code(
     "CX414",
     Severity.WARNING,
     "a Lua file does not compile",
-    "The file is in a folder of skills, and this skill space does not load the file; a space that loads it "
-    "will not start.",
+    "The file is in a folder of skills. A skill space that loads the file does not start.",
 )
 UNKNOWN_METHOD: Final = Code(
     "CX416",
