@@ -1,7 +1,8 @@
 """The feature ``protobuf``: functions for rules that create, read, send and receive protobuf messages.
 
-Rules refer to a message by an external address, the handle of the message. CLIPS cannot know when the last
-copy of an address is gone, so a message exists until a rule calls ``pb-destroy``, as in Fawkes.
+Rules refer to a message by an external address, a handle of the message. CLIPS cannot know when the last copy
+of an address is gone, so a handle is valid until a rule passes it to ``pb-destroy``, or stores its
+message in a field, as in Fawkes.
 docs/evidence/protocol-protobuf.md describes the functions and the protocol.
 """
 
@@ -43,7 +44,7 @@ _NOT_SET = Symbol("NOT-SET")
 class ProtobufState:
     """The feature's state in an environment: its message types, messages and connections.
 
-    Where Fawkes logs the same problem, the log line has the text of Fawkes.
+    The log lines about problems that Fawkes logs, too, follow the texts of Fawkes.
     """
 
     def __init__(

@@ -202,7 +202,7 @@ class RobotInterfaces(Component):
 
     :param prefixes: the prefix of the interface ids by robot name. On the blackboard of the robot the prefix
         is empty; on further blackboards it is the prefix that bbsync, a plugin of Fawkes, adds to the ids.
-    :param stations: gets the messages to the generator of the navigation graph; None to ignore them.
+    :param stations: adds the requested nodes to the navigation graph; None leaves the graph unchanged.
     :raises BlackBoardError: if an interface has another writer.
     """
 
@@ -263,7 +263,7 @@ class RobotInterfaces(Component):
             interface.write()
 
     def _answer_commands(self, interface: Any) -> None:
-        """Pass the received commands to the navigation graph, and report requested computations as done."""
+        """Apply the commands to the navigation graph, if there is one; report computations as done."""
         while (message := interface.msgq_pop()) is not None:
             if self._stations is not None:
                 self._stations.handle(message)

@@ -1,4 +1,7 @@
-"""Adds the machines to a navigation graph, as the plugin navgraph-generator-mps of fawkes-robotino does."""
+"""Adds machines and waiting zones to a navigation graph.
+
+The model is the plugin navgraph-generator-mps of fawkes-robotino.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,8 @@ class StationNodes:
     """Adds machines and waiting zones to the navigation graph of a robot, on the requests of messages.
 
     A machine ``C-BS`` gets the nodes ``C-BS-I`` and ``C-BS-O`` before its sides, ``WAIT-C-BS-I`` and
-    ``WAIT-C-BS-O`` farther away, and ``C-BS`` in its centre, which has no edge. A waiting zone gets a node
-    such as ``C-Z42``. No edges are added, since simulated robots drive straight.
+    ``WAIT-C-BS-O`` farther away, and ``C-BS`` in its centre, which is marked as unconnected. A waiting zone
+    gets a node such as ``C-Z42``. No edges are added, since simulated robots drive straight.
 
     :param field: the geometry of the field.
     :param get_graph: returns the graph, or raises a CxbridgeError.

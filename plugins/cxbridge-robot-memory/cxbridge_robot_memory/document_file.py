@@ -57,7 +57,7 @@ class DocumentFile:
             raise self._refusal_error(error) from None
 
     def _refuse_foreign_file(self) -> None:
-        """Raise `RobotMemoryError` for a file of another program, or of another version of cxbridge."""
+        """Raise `RobotMemoryError` for a file of another program, or with another version of the layout."""
         (owner,) = self._db.execute("PRAGMA application_id").fetchone()
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
         (table_count,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()

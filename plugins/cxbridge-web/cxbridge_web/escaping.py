@@ -1,8 +1,8 @@
 r"""Escaping of recorded text for a page: the text can neither end an element nor reverse the reading order.
 
 Recorded text comes from programs, some of them untrusted. Three things are dangerous: markup, characters that
-end a script (``</script>``, and U+2028 in old engines), and invisible characters that change the visible text
-(bidirectional controls). Invisible characters are shown by their number: ``\u202e``.
+end a script (``</script>``) or, in old engines, a string in a script (U+2028), and invisible characters that
+change the visible text (bidirectional controls). Invisible characters are shown by their number: ``\u202e``.
 """
 
 from __future__ import annotations

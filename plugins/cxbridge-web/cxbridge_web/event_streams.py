@@ -34,8 +34,8 @@ _RETRY_MS: Final = 2000  # time after which a browser reconnects; chosen freely
 
 MAX_CLIENTS: Final = 100  # number of simultaneous clients; chosen freely
 
-# The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group. The
-# largest 64-bit integer has 19 digits.
+# The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group in GROUPS,
+# and of the group of all other kinds. The largest 64-bit integer has 19 digits.
 _EVENT_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
 _HEADERS: Final = {"content-type": "text/event-stream", "cache-control": "no-store"}
 
@@ -173,7 +173,7 @@ class EventStreams:
         self._poller = None
 
     def _collect_events(self) -> bool:
-        """Buffer further events; return whether there were any."""
+        """Buffer further events; return whether there were any, or any were lost."""
         previous_end = self._buffer.end
         events, lost_count = self._collector.take_events()
         if lost_count:

@@ -6,7 +6,6 @@ never reused, because rules may keep the handle of a destroyed object, and must 
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import TypeVar
 
@@ -52,11 +51,12 @@ class Handles:
     def __init__(self) -> None:
         self._objects: dict[int, object] = {}
         # counted per environment: facts show them, and runs must be reproducible
-        self._numbers = itertools.count(_FIRST_NUMBER)
+        self._next_number = _FIRST_NUMBER
 
     def add(self, new_object: object) -> ExternalAddress:
         """Store an object, and return its new handle."""
-        number = next(self._numbers)
+        number = self._next_number
+        self._next_number += 1
         self._objects[number] = new_object
         return ExternalAddress(number)
 
@@ -73,7 +73,7 @@ class Handles:
         noun = _NOUNS[kind]
         if stored_object is not None:
             raise ClipsError(f"{function}: this is {_NOUNS[type(stored_object)]}, not {noun}")
-        if _number(address) >= _FIRST_NUMBER:
+        if _FIRST_NUMBER <= _number(address) < self._next_number:
             raise ClipsError(f"{function}: the object was destroyed before")
         raise ClipsError(f"{function}: this is not {noun}: {value_text(address)}")
 

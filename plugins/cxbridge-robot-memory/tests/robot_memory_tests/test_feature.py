@@ -177,6 +177,7 @@ def test_stale_handles_are_errors(call, doc, log, function, more, result):
     for address, words in (
         (destroyed, "was destroyed before"),
         (ExternalAddress(0), "this is not a document"),
+        (ExternalAddress(1 << 40), "this is not a document"),  # a handle of another feature
         (FALSE, "this is not a document: FALSE"),
         (cursor, "this is a cursor, not a document"),
         (call("bson-array-start"), "this is an array, not a document"),

@@ -1,6 +1,6 @@
 """Recognises ROS 2 bags (rosbag2), and names their reader and writers.
 
-A bag is a folder with a metadata.yaml and mcap or sqlite3 files. A file of a bag stands for the bag.
+A bag is a folder with a metadata.yaml and mcap or sqlite3 files. A single file is read as a bag, too.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def _is_bag_file(path: Path, head: bytes) -> bool:
     return head[_PROFILE_OFFSET:].startswith(_ROS2_PROFILE)
 
 
-# The number gives the order of the formats' checks: the files before the folder, both before the formats that
-# recognise any .mcap or .db3.
+# The number gives the order of the formats' checks: the files before the folder, and both before the format
+# `mcap`, which recognises any mcap file.
 FORMATS = (
     Format("rosbag", 5, recognises=_is_bag_file, reader=_READER),
     Format("rosbag", 6, recognises=_is_bag_folder, reader=_READER),

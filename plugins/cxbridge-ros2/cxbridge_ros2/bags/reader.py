@@ -1,7 +1,8 @@
 """Reader of ROS 2 bags as recorded runs.
 
 Either cxbridge has written the bag, with the events of a run, or a robot has recorded the bag. A bag may be
-truncated or damaged, and its types may be unknown: the reader notes each omission and continues.
+truncated or damaged: the reader notes the damage, and yields the events before it. Messages of unknown types
+are omitted.
 """
 
 from __future__ import annotations

@@ -133,8 +133,9 @@ def _find_open_quote(construct: str) -> int | None:
     strings = [match for match in HIDDEN.finditer(construct) if match[0].startswith('"')]
     if not any(match["unclosed"] for match in strings):
         return None
-    # A string without its closing quote extends to the quote that opens the next string. Usually a word
-    # follows that quote directly, whereas a blank or a parenthesis follows a closing quote.
+    # A string without its closing quote extends to the quote that opens the next string, usually in a later
+    # line. Usually a word follows that quote directly, whereas a blank or a closing parenthesis follows a
+    # closing quote.
     shifted_strings = (
         match
         for match in strings

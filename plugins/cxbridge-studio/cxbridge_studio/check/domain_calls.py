@@ -1,4 +1,4 @@
-"""The PDDL domains that an agent's CLIPS files parse, and the goals that they give to planners."""
+"""The PDDL domains that an agent's CLIPS files parse, and the goals that the files give to planners."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class DomainCall:
     :param file: the CLIPS file with the call.
     :param node: the call.
     :param name: the name of the domain's file; empty if the name is computed at run time.
-    :param path: the domain's file; None if no folder contains the file.
-    :param domain: the domain; None if the domain cannot be read.
+    :param path: the domain's file; None if no folder contains the file, or the name is computed.
+    :param domain: the domain; None if ``path`` is None, or the domain cannot be read.
     :param error: the reason why the domain cannot be read; None if it is read, missing or computed.
     :param warnings: the mistakes that the parser tolerates.
     """
@@ -74,7 +74,7 @@ def read_domains(agent: Agent) -> list[Domain]:
 
 
 def find_planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, str]]:
-    """Yield the CLIPS file, the call and the goal of each planner call; a computed goal is an empty text."""
+    """Yield the CLIPS file, the call and the goal of each planner call. A computed goal is empty."""
     for file in agent.own_files:
         for call in file.find_calls(*_PLANNER_FUNCTIONS):
             yield file, call, literal(call.arguments[1]) if len(call.arguments) > 1 else ""

@@ -45,8 +45,8 @@ def check(options: RunOptions, *, errors_only: bool = False, portable: bool = Fa
     """Return the findings for a scenario's agents, a CLIPS file or a PDDL file, each once.
 
     :param options: the options of a run; those about recording and time have no effect.
-    :param errors_only: whether to skip warnings and notes.
-    :param portable: whether to report code that Fawkes does not accept.
+    :param errors_only: whether to skip the warnings and notes of the checks of agents.
+    :param portable: whether to report code of agents that Fawkes does not accept.
     :raises CxbridgeError: if the options contradict each other.
     """
     options.check()

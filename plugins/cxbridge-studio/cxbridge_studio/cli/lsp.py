@@ -68,7 +68,8 @@ def _check_options(options: _AgentOptions) -> None:
 def _to_json_value(value: Any) -> Any:
     """Return the value of an option as a JSON value.
 
-    Existing paths become absolute, other values become texts, and empty values do not change.
+    A tuple becomes a list. Existing paths become absolute, other values become texts, and None, False and
+    empty texts do not change.
     """
     if isinstance(value, tuple):
         return [_to_json_value(item) for item in value]

@@ -1,4 +1,4 @@
-"""The component that explains rules and goals to a daemon's clients.
+"""The component that explains rules and goals to the clients of a daemon, or of a run on the web page.
 
 A question is a message of ExplainInterface. The loop copies the evidence, which takes milliseconds; a thread
 explains the copy, which may take seconds; the loop writes the explanation to the interface.
@@ -65,8 +65,8 @@ class Explainer(Component):
             context.name or ENVIRONMENT, MAX_DAEMON_STEPS, MAX_DAEMON_STEPS, self._find_facts
         )
         # A subscription makes the environment format firings and facts, which takes time. A daemon subscribes
-        # only if a recording needs these events anyway. A run on the web page has the time: the page shows it
-        # at the speed of the real clock.
+        # only if a recording or a log needs these events anyway. A run on the web page has the time: the page
+        # shows it at the speed of the real clock.
         options = context.options
         is_recorded = options.trace is not None and options.trace_level != "transitions"
         is_on_page = not self._is_daemon and context.has_clients

@@ -20,7 +20,7 @@ _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
 # An index of 18 digits always fits into the 64 bits of CLIPS.
 _FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
-_FIRST_EXCESS_INTEGER = 2**63  # the first integer beyond the 64 bits of CLIPS
+_FIRST_EXCESS_INTEGER = 2**63  # the first positive integer beyond the 64 bits of CLIPS
 # The limit of an integer's digits: parsing takes quadratic time, and 64 bits need at most 19 digits.
 _MAX_DIGITS = 100
 
@@ -37,7 +37,11 @@ def _parse_word(text: str) -> Value:
 
     An integer that does not fit into 64 bits becomes a float.
     """
-    if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _FIRST_EXCESS_INTEGER:
+    if (
+        len(text) <= _MAX_DIGITS
+        and _INTEGER.fullmatch(text)
+        and -_FIRST_EXCESS_INTEGER <= int(text) < _FIRST_EXCESS_INTEGER
+    ):
         return int(text)
     if _FLOAT.fullmatch(text):
         return float(text)

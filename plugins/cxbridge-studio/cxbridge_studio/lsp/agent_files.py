@@ -25,7 +25,7 @@ _HOST_FOLDERS: Final = ("host", "features")  # the folders below CORE_DIR with t
 class AgentFiles(Struct, frozen=True):
     """The locations of an agent's files.
 
-    :param library: the CLIPS files that the host loads for every agent.
+    :param library: the CLIPS files that the host can load for any agent, such as the files of features.
     """
 
     config: Configuration
@@ -62,7 +62,7 @@ class AgentFiles(Struct, frozen=True):
 
 
 def _find_host_files(paths: RunPaths) -> Iterator[Path]:
-    """Yield the CLIPS files that the host loads for every agent."""
+    """Yield the CLIPS files that the host loads for every agent, or for an agent that requests a feature."""
     yield from sorted(paths.library_dir.glob("*.clp"))
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))

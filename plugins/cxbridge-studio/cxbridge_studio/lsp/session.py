@@ -28,7 +28,7 @@ _MAX_FILES: Final = 5000
 class Session:
     """The state of the server.
 
-    :ivar library: the paths of the CLIPS files that the executive itself loads for every agent.
+    :ivar library: the paths of the CLIPS files that the executive itself or a feature loads.
     :ivar knowledge: the result of the last examination.
     :ivar root: the folder that is open in the editor; None if no folder is open.
     :ivar is_indexed: whether all files have been read once.

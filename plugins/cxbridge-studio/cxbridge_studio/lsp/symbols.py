@@ -70,4 +70,4 @@ def find_symbols(session: Session, query: str) -> list[FileMention]:
 
 def _contains_letters(lower_query: str, text: str) -> bool:
     letters = iter(text)
-    return all(letter in letters for letter in lower_query)  # `in` consumes the letters before a match
+    return all(letter in letters for letter in lower_query)  # `in` consumes the letters up to a match

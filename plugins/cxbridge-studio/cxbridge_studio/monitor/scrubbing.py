@@ -1,6 +1,6 @@
 """A recorded run whose state is known at any position, i.e. after any number of events.
 
-States are stored at intervals. The state at a position is the last stored state before it, changed by the
+States are stored at intervals. The state at a position is the last stored state up to there, changed by the
 events since.
 """
 
@@ -45,7 +45,7 @@ class Scrubber:
         self._statuses: dict[tuple[str, str], tuple[str, str]] = {}
         self.events: list[Event] = []
         self.times = array("q")  # microseconds since the start of the run, never decreasing
-        # the positions at which the last event is a transition
+        # the positions at which the last event is a transition that changes a state
         self.transitions = array("q")
         self.log_lines = array("q")  # the indices of the events that are log lines
         self.position = 0
@@ -54,7 +54,7 @@ class Scrubber:
 
     @property
     def is_loading(self) -> bool:
-        """Whether the run is not completely read."""
+        """Whether further events are to be read."""
         return self._reader is not None
 
     @property

@@ -43,7 +43,7 @@ class LogRow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of text, all of the same length.
+    """Rows of texts, all with the same number of columns.
 
     :param note: a remark, e.g. the number of further rows.
     :param selected: the index of the row to select; None to keep the user's selection.

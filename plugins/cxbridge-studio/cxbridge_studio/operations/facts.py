@@ -85,10 +85,11 @@ class FactIndex(Struct):
 def _check_environment(context: OperationContext, name: str) -> None:
     """Check the name of an environment in a query or a body.
 
-    :raises NotFoundError: if the environment does not exist; with status 503 if the executive is not running.
+    :raises NotFoundError: if the environment does not exist; with status 503 for the environment of the
+        executive, since it is missing only while the executive is not running.
     """
     if name not in list_environment_names(context):
-        if name == _DEFAULT_ENVIRONMENT:  # not a wrong name: the executive is not running
+        if name == _DEFAULT_ENVIRONMENT:
             raise NotFoundError(f"No CLIPS environment named '{name}' found", 503)
         raise NotFoundError(f"Environment '{name}' is unknown")
 
@@ -97,7 +98,11 @@ def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactI
     _check_environment(context, parameters.env)
     # CLIPS would read only the text before a zero byte
     if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
-        raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
+        raise CxbridgeError(
+            "A text of CLIPS cannot contain a zero byte"
+            if "\0" in parameters.fact
+            else "A fact begins with a parenthesis, e.g. (battery (level 3))"
+        )
     return FactIndex(_assert_fact(context, parameters))
 
 
@@ -139,7 +144,7 @@ def _search_facts(context: OperationContext, parameters: _FactSearch) -> dict[st
         rows, last_index = search_facts(
             env, parameters.words, parameters.after, min(parameters.limit, MAX_ROWS), _MAX_SEARCH_S
         )
-    return {"facts": rows, "after": last_index}  # None, after the last fact
+    return {"facts": rows, "after": last_index}  # `after` is None if no fact is left
 
 
 @OPERATIONS.add("agenda", Right.LOOK, _AgendaQuery)

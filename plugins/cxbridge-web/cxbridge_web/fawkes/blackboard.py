@@ -1,4 +1,4 @@
-"""The component ``blackboard``: interfaces, their types and their values."""
+"""Fawkes' REST API ``blackboard``: interfaces, their types and their values."""
 
 from __future__ import annotations
 

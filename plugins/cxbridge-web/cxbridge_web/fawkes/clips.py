@@ -1,4 +1,4 @@
-"""The component ``clips``: CLIPS environments and their facts."""
+"""Fawkes' REST API ``clips``: CLIPS environments and their facts."""
 
 from __future__ import annotations
 

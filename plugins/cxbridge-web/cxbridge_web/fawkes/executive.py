@@ -1,4 +1,4 @@
-"""The component ``clips-executive``: goals, plans and the domain."""
+"""Fawkes' REST API ``clips-executive``: goals, plans and the domain."""
 
 from __future__ import annotations
 

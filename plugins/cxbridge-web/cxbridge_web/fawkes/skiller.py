@@ -1,4 +1,4 @@
-"""The component ``skiller``: the list of skills, the running skill, and commands to run or stop a skill.
+"""Fawkes' REST API ``skiller``: the list of skills, the running skill, and commands to run or stop a skill.
 
 A Skiller shows one graph at a time in its debug interface: the graph of a skill, the graph of the active
 skill, or the list of all skills. So a request for a graph waits until the Skiller shows it, and requests take

@@ -1,6 +1,6 @@
-"""The components ``config``, ``plugins``, ``backends``, ``images`` and ``transforms`` of Fawkes' webview.
+"""The REST APIs ``config``, ``plugins``, ``backends``, ``images`` and ``transforms`` of Fawkes' webview.
 
-The plugins of Fawkes' API are the components of a daemon: a loaded plugin is an active component.
+The plugins in Fawkes' API are the components of a daemon: a loaded plugin is an active component.
 """
 
 from __future__ import annotations

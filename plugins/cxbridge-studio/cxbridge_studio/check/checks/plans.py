@@ -56,8 +56,8 @@ UNEXECUTED_ACTION: Final = Code(
     "CX404",
     Severity.WARNING,
     "an action without an executor",
-    "A plan contains the action, but the action mapping has no entry for the action, and no rule executes "
-    "it: the plan waits forever.",
+    "A plan contains the action, or a planner may plan it, but the action mapping has no entry for it, and "
+    "no rule executes it: the plan waits forever.",
 )
 
 UNKNOWN_GOAL_NAME: Final = Code(
@@ -81,7 +81,7 @@ CODES: Final = (
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mismatches; none if a domain cannot be read, which another check reports."""
+    """Yield the mismatches; none if a domain is missing, has a computed name, or cannot be read."""
     domains = read_domains(agent)
     if not domains:
         return
@@ -139,7 +139,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_planner_goals(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    """Yield the predicates and objects in planner goals that nothing declares."""
+    """Yield the predicates and objects in planner goals that neither a domain nor a fact of a rule has."""
     predicates = _find_predicates(agent, domains)
     objects = find_objects(agent, domains)
     for file, call, goal_text in find_planner_goals(agent):

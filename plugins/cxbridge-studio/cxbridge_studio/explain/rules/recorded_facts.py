@@ -34,16 +34,16 @@ def parse_rows(
         if (slots := _parse_slots(change, templates.get(change.template))) is not None
     ]
     # Whether a slot is a multislot, by template and slot.
-    multislots_by_template: dict[str, dict[str, bool]] = {}
+    slot_kinds_by_template: dict[str, dict[str, bool]] = {}
     for change, slots in parsed_facts:
-        is_multislot_by_slot = multislots_by_template.setdefault(change.template, {})
+        is_multislot_by_slot = slot_kinds_by_template.setdefault(change.template, {})
         for slot, values in slots.items():
             if slot != _ORDERED_FIELDS:
                 # A slot that has no value or several values in any fact is a multislot.
                 is_multislot_by_slot[slot] = is_multislot_by_slot.get(slot, False) or len(values) != 1
     all_templates = {
         name: FactTemplate(name, tuple(is_multislot_by_slot.items()) or None)
-        for name, is_multislot_by_slot in multislots_by_template.items()
+        for name, is_multislot_by_slot in slot_kinds_by_template.items()
     } | dict(templates)
     rows = (_make_row(change, slots, all_templates[change.template]) for change, slots in parsed_facts)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)

@@ -2,7 +2,7 @@
 
 Standard input has a pickled :class:`Snapshot` from the parent process. The diagnosis is written to standard
 output as JSON, so that the parent receives only texts and numbers. Before matching, the process gives up the
-rights to open files and to start processes, and limits its memory and time.
+rights to open files and to start processes, and limits its memory and time; on Windows, it does not.
 """
 
 from __future__ import annotations
