@@ -1,9 +1,9 @@
 """The page with 1,000 goals, 10,000 facts and 100,000 events: long tasks of the browser in each view.
 
 Run with ``python -m benchmarks.bench_page [ROUNDS]``; needs playwright and an installed Chromium. A long
-task keeps the page's main thread busy for more than 100 ms. The row ``nothing`` is the idle page: its tasks
+task keeps the page's main thread busy for more than 100 ms. The row ``nothing`` is an empty page: its tasks
 show the delays that the machine adds. The first picture of a recording of the same events (20 MB) is the
-time from the request for the page to the frame with the timeline, in a browser that has seen no file of it.
+time from the request for the page to the frame with the timeline, in a browser with an empty cache.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def trace_longest_task(browser: Any, page: Any, act: Callable[[], None]) -> floa
 
 
 def measure(browser: Any) -> dict[str, float]:
-    """Return the time of the longest task of each view during events, and of an idle page, in ms."""
+    """Return the longest task in ms: of each view during events, of a search, and of an empty page."""
     daemon, begin, batch_size = FakeDaemon(), 0, EVENTS // len(VIEWS) // 10
     set_replies(daemon)
     with serve_daemon(daemon) as site:
@@ -160,7 +160,7 @@ def measure_first_picture_ms(browser: Any, url: str) -> float:
 
 
 def main(rounds: int = 3) -> int:
-    """Print the longest task of each view: the median and the worst of the rounds.
+    """Print the first picture and the longest tasks: the median and the worst of the rounds.
 
     :returns: the number of medians above their limit.
     """

@@ -155,14 +155,14 @@ def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
 
 
 def _cxbridge_packages() -> list[str]:
-    """Return cxbridge and the installed packages whose names start with its name."""
+    """Return the names of the installed packages ``cxbridge`` and ``cxbridge-*``, in this order.
+
+    cxbridge itself is missing if it is imported from its source tree without an installation.
+    """
     from importlib import metadata  # noqa: PLC0415 - as above
 
-    # an installation that was broken off has no name
-    return [
-        CORE,
-        *sorted({dist.name for dist in metadata.distributions() if f"{dist.name}".startswith(f"{CORE}-")}),
-    ]
+    # an installation that was broken off has no name; the added hyphen lets CORE match, too
+    return sorted({dist.name for dist in metadata.distributions() if f"{dist.name}-".startswith(f"{CORE}-")})
 
 
 def _module_name(package: str) -> str:

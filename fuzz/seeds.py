@@ -1,4 +1,4 @@
-"""The seeds of the targets: valid inputs, so that the fuzzer need not find their forms."""
+"""The seeds of the targets: valid and nearly valid inputs, so that the fuzzer need not find their forms."""
 
 from __future__ import annotations
 

@@ -63,6 +63,7 @@ def open_blackboard(
     :param options: further arguments of the transport's blackboard class, see e.g.
         :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
     :raises BadUrlError: if no transport has the scheme.
+    :raises PluginError: if the transport of a plug-in cannot be loaded.
     :raises BlackBoardError: if the URL is invalid, or no server replies.
     """
     address, separator, query = url.partition("?")

@@ -59,7 +59,8 @@ class YamlScalar(NamedTuple):
     :param tag: the tag as the files spell it, without the exclamation mark; empty without a tag.
     :param text: the text without quotes.
     :param is_null: whether YAML reads the scalar as null.
-    :param is_plain: whether the scalar is not quoted, so that its text may be a number or a bool.
+    :param is_plain: whether the scalar has neither quotes nor a tag, so that its text may be a number or a
+        bool.
     """
 
     mark: Mark
@@ -92,7 +93,7 @@ def parse_documents(content: bytes | str, name: str) -> list[YamlNode]:
     """Return the root nodes of all documents of a YAML text.
 
     :param name: the name of the text in errors and marks, usually its file.
-    :raises ConfigError: if the text is invalid, nested too deep, or too large through aliases.
+    :raises ConfigError: if the text is invalid, nested too deep, or has too many values, e.g. by aliases.
     """
     text = content if isinstance(content, str) else _decode(content, name)
     loader: Any = getattr(yaml, "CLoader", yaml.Loader)  # libyaml, if PyYAML was built with it
@@ -186,7 +187,7 @@ class _Composer:
         return node
 
     def _build_scalar(self, event: Any) -> YamlScalar:
-        # event.implicit[0]: whether the scalar has no tag and no quotes
+        # event.implicit[0]: whether the scalar has no tag and no quotes; also true for the tag `!`
         is_null = event.implicit[0] and event.tag is None and event.value in _NULL_TEXTS
         return YamlScalar(
             self._make_mark(event), self._normalize_tag(event), event.value, is_null, event.implicit[0]

@@ -175,9 +175,9 @@ class GoalRecord:
 
     @property
     def end_change(self) -> GoalChange | None:
-        """The change that set the present outcome, or None without an outcome."""
+        """The change that ended the present attempt; None before the end."""
         end = None
-        # EVALUATED and RETRACTED repeat the outcome of FINISHED, which set it
+        # usually FINISHED, which sets the outcome; EVALUATED and RETRACTED repeat the outcome
         for change in reversed(self.changes):
             if change.mode not in ENDED_MODES:
                 break
@@ -363,7 +363,7 @@ def find_goals(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
 
 
 def goal_tree(goals: Sequence[GoalRecord]) -> list[str]:
-    """Return goals as the lines of a tree."""
+    """Return goals as the lines of a tree; without goals, a line that says so."""
     return [f"{branch}{goals[number]}" for number, branch in draw_branches(goal_forest(goals))] or [
         "no goal yet"
     ]

@@ -105,5 +105,5 @@ class PddlNumbers:
 
 def _bound_objects(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
     """Return objects by variable or parameter."""
-    # rules of agents assert these facts, too, and may give fewer values than names
+    # names and values are from facts, which rules of agents assert, too, perhaps with fewer values than names
     return dict(zip(map(str, names), map(str, values), strict=False))

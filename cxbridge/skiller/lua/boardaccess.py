@@ -94,7 +94,7 @@ class BoardAccess:
 
     def functions_by_name(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
-        # `and None`: as in Fawkes, these functions return no value
+        # `and None`: Lua needs no result of these functions, and must not get a Python object (a message)
         functions: dict[str, Callable[..., Any]] = {
             "describe": self._describe,
             "open": self._open,

@@ -1,5 +1,5 @@
 -- The types of fawkes.tf: vectors, quaternions, transforms and stamped values, with the methods that Fawkes exports to
--- Lua. Methods that return a new value do not change their operands; set... and normalize do.
+-- Lua. Methods that return a new value do not change their operands; set..., normalize and mult change the object.
 
 local core = ...
 local Time = core.include("time").Time
@@ -117,6 +117,7 @@ make_class("Point", Vector3)
 local Quaternion = make_class("Quaternion")
 
 --- Make a rotation from x, y, z, w; from yaw, pitch, roll; from an axis and an angle; or from another rotation.
+-- Without arguments, all elements are 0.
 function Quaternion:construct(x, y, z, w)
     if w then
         self:setValue(x, y, z, w)
@@ -189,7 +190,7 @@ function Quaternion:getAngle() return 2 * math.acos(self[4]) end
 
 function Quaternion:getAxis()
     local s2 = 1 - self[4] * self[4]
-    -- no rotation, but for rounding errors: each axis is right
+    -- no rotation, but for rounding errors: any axis is right
     if s2 < 1e-15 then return vector(1, 0, 0) end
     local s = math.sqrt(s2)
     return vector(self[1] / s, self[2] / s, self[3] / s)
@@ -277,7 +278,7 @@ function Transform:mult(t1, t2)
     self.origin, self.rotation = origin, rotation
 end
 
---- Apply to a vector, a quaternion or another transform.
+--- Apply a transform to a vector, a quaternion or another transform.
 Transform.__mul = function(t, other)
     if other.origin then
         local result = Transform:new()
@@ -320,7 +321,7 @@ for _, name in ipairs {"Quaternion", "Vector3", "Point", "Pose"} do
     function class:set_data(value) parent.construct(self, value) end
 end
 
---- The name of a value's type in C++, as tolua.type() returns it.
+--- The name of a value's type in C++, as tolua.type() returns it; for other values, the name of the Lua type.
 function geometry.type_of(value)
     return type(value) == "table" and type(value.__type) == "string" and value.__type or type(value)
 end

@@ -57,6 +57,7 @@ function navgraph:nodes() return nodes_of(checked(host.nav_search(""))) end
 
 function navgraph:search_nodes(prop) return nodes_of(checked(host.nav_search(prop))) end
 
+-- The last argument of nav_closest is the name of a node that is left out.
 for suffix, unconnected in pairs {[""] = false, _with_unconnected = true} do
     navgraph["closest_node" .. suffix] = function(_, x, y, prop)
         return node(checked(host.nav_closest(x, y, prop or "", unconnected, "")))

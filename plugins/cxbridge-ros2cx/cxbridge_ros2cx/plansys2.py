@@ -1,10 +1,10 @@
 """The feature ``plansys2`` of the thesis' executive, without the nodes of PlanSys2.
 
-In ros2-clips-executive (2021), rules plan with PlanSys2, the planning system of ROS 2: its problem expert
-stores instances and predicates, its domain expert stores the domain, and its planner returns the plan. Here
-:class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` stores the instances and predicates in memory, the
-domain is the last domain that the environment parsed, and cxbridge's planners plan. Sources:
-Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
+In the thesis' executive, ros2-clips-executive (2021), rules plan with PlanSys2, the planning system of ROS 2:
+its problem expert stores instances and predicates, its domain expert stores the domain, and its planner
+returns the plan. Here :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` stores the instances and
+predicates in memory, the domain is the last domain that the environment parsed, and cxbridge's planners plan.
+Sources: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def _read_node_template(name: str, parameter_file: Path, package_folder: Path | 
         raise CxbridgeError(
             "this file has no parameters of clips_manager",
             file=parameter_file,
-            hint="its ros__parameters name environments",
+            hint="the ros__parameters of clips_manager name environments",
         )
     # an invalid agent is an error before any file of the project is written
     options.check()

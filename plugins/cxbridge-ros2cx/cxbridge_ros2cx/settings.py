@@ -1,6 +1,6 @@
-"""The settings of the thesis' executive: the tree ``ros2cx:`` of a configuration.
+"""The settings of the thesis' executive, ros2-clips-executive (2021): the tree ``ros2cx:``.
 
-docs/evidence/ros2cx.md lists the defects of ros2-clips-executive (2021) and the settings.
+docs/evidence/ros2cx.md lists the defects of that executive and the settings.
 """
 
 from __future__ import annotations

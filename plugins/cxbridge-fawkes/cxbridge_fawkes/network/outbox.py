@@ -1,7 +1,7 @@
 """A bounded queue of frames for one client, which never blocks a sender.
 
-A client that reads slowly gets fewer updates, not later ones: if many bytes are queued, new data of an
-instance replace the queued data of the instance (conflation). Other frames stay in order and are never
+A client that reads slowly gets fewer updates, not later ones: data that are added while many bytes are queued
+are replaced by newer data of the same instance (conflation). Other frames stay in order and are never
 dropped.
 
 Fawkes announces a write by a frame REFRESHED with the data, followed by a frame CHANGED with the same data if
@@ -18,7 +18,7 @@ from cxbridge_fawkes.network.messages.blackboard import data_frame_size, pack_da
 
 # about 1,700 changes of a SkillerInterface, so that a client that only pauses misses no change
 CONFLATE_FROM: Final = 4 * 1024 * 1024
-"""The number of queued bytes from which new data replace older data of the same instance."""
+"""The number of queued bytes from which added data are replaceable by newer data of the same instance."""
 # at least the largest frame, a list of interfaces, see messages.codec.CLIENT_MESSAGE_LIMIT
 MAX_QUEUED_BYTES: Final = 16 * 1024 * 1024
 """The maximum number of queued bytes."""
@@ -64,7 +64,7 @@ class Outbox:
         self.queued_bytes += len(frames)
 
     def put_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
-        """Add the data of an instance, or replace its older data if many bytes are queued.
+        """Add the data of an instance, or replace its queued data if these are replaceable.
 
         :param changed: whether the frame is CHANGED instead of REFRESHED.
         """

@@ -1,8 +1,8 @@
 ; temporal.clp - select the actions of a TEMPORAL plan at their dispatch times
 ;
-; Dispatch times count from the start of the plan: the first tick at which its goal is
-; DISPATCHED and the plan is not suspended. The time fact is the last condition, so that a tick only concerns the actions that
-; wait for their dispatch time.
+; Dispatch times count from the start of the plan: the first tick at which its goal is DISPATCHED and the
+; plan is not suspended. The rule that selects actions has the time fact as its last condition, so that a
+; tick only concerns the actions that wait for their dispatch time.
 ;
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
 ; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,

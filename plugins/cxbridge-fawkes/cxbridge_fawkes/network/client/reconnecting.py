@@ -86,7 +86,7 @@ class Reconnector:
 
     @property
     def is_settled(self) -> bool:
-        """Whether the client is connected and all interfaces are open."""
+        """Whether the client is connected, and each interface was reopened or refused by the server."""
         return self._settled.is_set() and self._connection is not None and not self._connection.has_ended
 
     def report_loss(self, connection: FawkesConnection, reason: str) -> None:

@@ -116,7 +116,8 @@ class RequestSender:
         :param timeout: the limit in seconds; by default the timeout of this object.
         :param extend_on_data: whether any received data extend the wait, and the request fails at once
             without a connection.
-        :raises ConnectionLostError: if the connection is missing for too long, or lost during the request.
+        :raises ConnectionLostError: if the connection is missing for too long or lost during the request, or
+            if no reply arrives in time.
         :raises BlackBoardGoneError: after the shutdown.
         """
         reply_types = (OpenSuccess, OpenFailure) if isinstance(message, Open) else (InterfaceList,)

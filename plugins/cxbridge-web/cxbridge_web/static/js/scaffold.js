@@ -108,7 +108,7 @@ export class ListPanel {
   /**
    * Show the items that the search finds.
    * @param total the number of all items
-   * @param text, hint shown in place of an empty list
+   * @param text, hint shown if there are no items at all, unless the list could not be read
    */
   show(items, total, text, hint = "") {
     const emptyTexts = this.problem ? [this.problem] : [text, hint];

@@ -136,7 +136,7 @@ export class Tracks {
     return fromPose.root === toPose.root ? compose(inverse(toPose), fromPose) : null;
   }
 
-  /** The names of all frames, the usual fixed frames first. */
+  /** The names of the frames of the last points, the usual fixed frames first. */
   frameNames() {
     const tracks = [...this.poses.values(), ...this.frames.values()],
       parents = tracks.flatMap(({ points }) => points.slice(-1)).map(({ frame }) => frame),
@@ -147,8 +147,8 @@ export class Tracks {
   }
 
   /**
-   * The places of all tracks in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null for a
-   * track that is not connected to the frame.
+   * The places of the tracks in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null for a
+   * track that is not connected to the frame. Tracks without a point up to the time are left out.
    */
   placed(frame, time) {
     return [...this.poses.values(), ...this.frames.values()].flatMap((track) => {
@@ -165,7 +165,7 @@ export class Tracks {
     });
   }
 
-  /** The path of a track up to a time, in a frame: at most `most` points [x, y]. */
+  /** The path of a track up to a time, in a frame: at most `most` points [x, y], and the last point. */
   trail(track, frame, time, most = 2000) {
     const end = track.count(time),
       step = Math.max(1, Math.ceil(end / most));
