@@ -4,8 +4,9 @@
 
 A pair is a problem and the file of its domain. That file defines the domain that the problem names, and is in
 the folder of the problem, in the folder above, or in the folder ``domains`` there. PROGRAM is VAL's
-``Validate``. The output is a line of JSON for each pair, then the table of docs/planning.md: for each kind of
-needs the numbers of pairs, of pairs that are read and of pairs with a plan, the engines and the median time.
+``Validate``. The output is a line of JSON for each pair, then the table of docs/planning.md. The table has a
+row for each kind of needs: the number of pairs, how many of the pairs are read, how many get a plan, the
+engines and the median time.
 With ``--draw`` the pairs are drawn at random; the same folders give the same pairs.
 """
 

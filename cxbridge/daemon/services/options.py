@@ -82,6 +82,6 @@ class ExecutorOptions:
     name: Annotated[str, Meta(description="Id of the executor; AGENT-CLASS by default.")] = ""
     settings: Annotated[
         tuple[str, ...],
-        Meta(description="A setting of the class; repeatable."),
+        Meta(description="NAME=VALUE, a setting of the class. Repeatable."),
     ] = ()
     interface_dirs: Annotated[tuple[Path, ...], Meta(description="Definitions of interfaces.")] = ()

@@ -106,7 +106,10 @@ class KnownState:
         return _compare(operator, self.number(left, binding), self.number(right, binding))
 
     def _is_number(self, term: Term) -> bool:
-        """Return whether a term is a number; a constant may be an object whose name looks like a number."""
+        """Return whether a term is a number.
+
+        Constants do not count, because the name of an object may look like a number.
+        """
         return isinstance(term, FunctionTerm) or (
             self._duration is not None and isinstance(term, Variable) and term.name == DURATION
         )
@@ -146,9 +149,11 @@ class KnownState:
         # problems with a metric often omit (= (total-cost) 0), which planners accept
         if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
             value = 0.0
-        if amount is None or value is None or (change.operator == "scale-down" and not amount):
+        if amount is None or value is None:
             term = bind_term(target if value is None else change.amount, binding)
             raise PddlError(f"{format_term(term)} has no value")
+        if change.operator == "scale-down" and not amount:
+            raise PddlError(f"{format_term(bind_term(target, binding))} cannot be divided by zero")
         new_values[ground] = _NUMBER_CHANGES[change.operator](value, amount)
 
 

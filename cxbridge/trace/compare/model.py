@@ -70,8 +70,8 @@ class Difference:
 
     :param what: the difference as text, such as the differing parts.
     :param subject: the goal, plan, Skiller or interface; empty until the event is read.
-    :param count: the number of events: those in a row, those of a goal that only one run has, or the
-        difference between two numbers of times.
+    :param count: the number of events that differ: events in a row, the events of a goal that only one run
+        has, or by how many one run has an event more often.
     :param has_details: whether details, such as parameters, differ: the text of an event does not show them.
     """
 
@@ -157,7 +157,7 @@ class Comparison:
     :param count_a: the number of compared events of the first run.
     :param count_b: the number of compared events of the second run.
     :param differences: in the order of the runs; empty for equal runs.
-    :param other_index: the index of the run with the differences among the runs with which A was compared.
+    :param other_index: among the runs compared with A, the index of the run that has these differences.
     """
 
     view: View

@@ -240,8 +240,8 @@ class _Checker:
         reads = set[Ground]()
         if is_start:
             step.start_moment = moment
-        # the executive applies all effects of an action after its end: the facts lack the start effects of a
-        # running action, so they count below
+        # the executive applies all effects of an action after its end. So the facts lack the effects that a
+        # running action had at its start: these effects are applied here, too
         if not step.is_running or happening.part == "end":  # conditions of a running action held at its start
             self._require(step, conditions, state)
             if is_start and action.duration is not None and step.planned_action.duration is not None:

@@ -26,26 +26,26 @@ import { pathTo, resolve } from "cx/timeline/host.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 import { canAsk, showAnswer } from "cx/why.js";
 
-const MOST = 200, // entries of a list
-  MOST_LINES = 8, // of the log
-  MOST_STEPS = 12, // a list of this many or more changes is folded
-  REST_MS = 500, // the shortest time between two drawings of the same item
+const MAX_ENTRIES = 200, // entries of a list
+  MAX_LOG_LINES = 8, // of the log
+  FOLD_FROM_CHANGES = 12, // a list of this many or more changes is folded
+  MIN_REDRAW_MS = 500, // the shortest time between two drawings of the same item
   LATE_US = 200_000, // log lines about an end come after the end
   PLANS_MS = 1000; // the shortest time between two requests for plans
 // slots of a goal that are shown elsewhere or not at all
-const SHOWN = new Set(
+const OMITTED_SLOTS = new Set(
   (
     "kind apiVersion id class type sub-type parent mode outcome error plans priority parameters meta message " +
     "required-resources acquired-resources"
   ).split(" "),
 );
 // the default values of slots
-const USUAL = new Set(["", "0", "nil", "FALSE", "DEFAULT"]);
+const DEFAULT_VALUES = new Set(["", "0", "nil", "FALSE", "DEFAULT"]);
 /** The value or values of a slot as a text; a single string without its quotes. */
 const words = (values) =>
   Array.isArray(values) ? values.join(" ") : String(values ?? "").replace(/^"(.*)"$/s, "$1");
 /** The text of a slot; empty for a default value. */
-const unusual = (values) => (USUAL.has(words(values)) ? "" : words(values));
+const nonDefaultText = (values) => (DEFAULT_VALUES.has(words(values)) ? "" : words(values));
 const errorBox = (text) => (text ? el("p.error-box", text) : null);
 
 const CONNECTIVES = { conjunction: "and", disjunction: "or", negation: "not" };
@@ -67,14 +67,14 @@ function conditionTree({ type, name, child = [], "param-values": values = [], "i
 }
 
 export class Detail {
-  /** @param host see timeline/host.js @param later called when the details have to be drawn again */
-  constructor(host, later) {
+  /** @param host see timeline/host.js @param requestRedraw called when the details have to be drawn again */
+  constructor(host, requestRedraw) {
     this.host = host;
-    this.later = later;
+    this.requestRedraw = requestRedraw;
     this.box = el("aside.tl-detail", { "aria-label": "Details", tabindex: 0 });
     this.story = new Story(host);
-    this.sign = ""; // identifies the drawn content
-    this.lengths = ""; // the numbers of changes of the goal and its actions, at the last request for plans
+    this.signature = ""; // identifies the drawn content
+    this.changeCounts = ""; // the numbers of changes of the goal and its actions, at the last request for plans
     this.target = ""; // identifies the drawn item and moment
     this.drawnAt = -Infinity;
     this.timer = null;
@@ -93,26 +93,26 @@ export class Detail {
       isStory = !path.goal && !path.skill,
       isRunning = host.isLive && item && outcomeAt(item) === "running";
     box.classList.toggle("is-story", isStory);
-    const lengths = goal
+    const changeCounts = goal
       ? [goal, ...goal.actions].map(({ key, changes }) => key + changes.length).join()
       : "";
-    if (goal && lengths !== this.lengths) {
-      this.lengths = lengths;
+    if (goal && changeCounts !== this.changeCounts) {
+      this.changeCounts = changeCounts;
       this.plannedGoal = goal;
       this.readPlans();
     }
     const target = JSON.stringify([path, this.why?.key, this.plans, host.cursor()?.step]),
       // the duration of a running item is drawn anew each second
       second = isRunning ? Math.floor(host.now().time / 1e6) : 0,
-      sign = JSON.stringify(isStory ? this.story.sign() : [target, history.revision, second]);
-    if (sign === this.sign || (target === this.target && this.postpone())) return;
+      signature = JSON.stringify(isStory ? this.story.sign() : [target, history.revision, second]);
+    if (signature === this.signature || (target === this.target && this.postpone())) return;
     this.target = target;
     this.drawnAt = performance.now();
-    this.sign = sign;
+    this.signature = signature;
     const focused = box.contains(document.activeElement) && document.activeElement.getAttribute("href"),
       missing = () =>
         none((path.goal || "The call") + " does not exist", "It may not have begun, or it is forgotten.");
-    if (isStory) refill(box, this.story.draw(this.later));
+    if (isStory) refill(box, this.story.draw(this.requestRedraw));
     else refill(box, this.crumbs(path), item ? this[item.kind](item) : missing());
     // the refill has removed the focused link: the new link to the same address gets the focus
     if (focused) [...box.querySelectorAll("a")].find((a) => a.getAttribute("href") === focused)?.focus();
@@ -123,12 +123,12 @@ export class Detail {
    * they can be read. Returns whether the drawing was postponed.
    */
   postpone() {
-    const rest = this.drawnAt + REST_MS - performance.now();
-    if (rest <= 0) return false;
+    const remainingMs = this.drawnAt + MIN_REDRAW_MS - performance.now();
+    if (remainingMs <= 0) return false;
     this.timer ??= setTimeout(() => {
       this.timer = null;
-      this.later();
-    }, rest);
+      this.requestRedraw();
+    }, remainingMs);
     return true;
   }
 
@@ -157,7 +157,7 @@ export class Detail {
   }
 
   /** A button with the time of a point, which moves the cursor to the point. */
-  at(point) {
+  timeButton(point) {
     const attributes = { class: "tl-time", title: "go to this moment" };
     return button(clockText(point.time, 3), () => this.host.setCursor(point), attributes);
   }
@@ -188,13 +188,13 @@ export class Detail {
       soFar = () => durationText(Math.max(0, moment.time - start.time)) + " so far";
     return [
       ["waited", waited ? durationText(waited) : ""],
-      ["began", item.kind === "action" && !start ? "never started" : this.at(began)],
+      ["began", item.kind === "action" && !start ? "never started" : this.timeButton(began)],
       ["ran", end && ran !== null ? durationText(ran) : start && !end ? soFar() : ""],
-      ["ended", end ? this.at(end) : ""],
+      ["ended", end ? this.timeButton(end) : ""],
     ];
   }
   list(title, items, entry, className = null) {
-    return listSection(title, items, entry, { most: MOST, className });
+    return listSection(title, items, entry, { most: MAX_ENTRIES, className });
   }
   link(item, text) {
     return link(this.host.href(pathTo(item)), text);
@@ -205,10 +205,10 @@ export class Detail {
   /** @param badge(change) the element that shows a change */
   changes({ changes }, badge) {
     const entry = (change) =>
-      el.li({ class: change.step > this.step ? "later" : null }, this.at(change), " ", badge(change));
+      el.li({ class: change.step > this.step ? "later" : null }, this.timeButton(change), " ", badge(change));
     return el(
       "details.tl-steps",
-      { open: changes.length < MOST_STEPS },
+      { open: changes.length < FOLD_FROM_CHANGES },
       el.summary("Changes"),
       el("ul.tl-list", changes.map(entry)),
     );
@@ -220,7 +220,7 @@ export class Detail {
       slots = { ...(known?.event && slotsIn(known.event)), ...known?.details },
       parent = this.history.goals.get(goal.parent),
       robots = new Set(goal.actions.flatMap(({ calls }) => calls.map(({ skiller }) => skiller))),
-      otherSlots = Object.entries(slots).filter(([name]) => !SHOWN.has(name)),
+      otherSlots = Object.entries(slots).filter(([name]) => !OMITTED_SLOTS.has(name)),
       children = forestOf(this.history).children.get(goal.key) || [];
     return [
       this.head(goal.id, goal),
@@ -233,10 +233,10 @@ export class Detail {
         ["parent", parent ? this.link(parent, parent.id) : ""],
         ...this.times(goal),
         ["robot", [...robots].join(", ")],
-        ["priority", unusual(slots.priority)],
+        ["priority", nonDefaultText(slots.priority)],
         ...["parameters", "meta", "message"].map((name) => [name, words(slots[name])]),
         ...["required", "acquired"].map((name) => [name, words(slots[name + "-resources"])]),
-        ...otherSlots.map(([name, value]) => [name, unusual(value)]),
+        ...otherSlots.map(([name, value]) => [name, nonDefaultText(value)]),
         ["environment", goal.env === MAIN_ENV ? "" : goal.env],
       ]),
       this.plan(goal),
@@ -331,8 +331,8 @@ export class Detail {
       name = kind === "action" ? goalId + "/" + id : id;
     const show = (node) => {
       this.why = { key, node };
-      this.sign = this.target = "";
-      this.later();
+      this.signature = this.target = "";
+      this.requestRedraw();
     };
     return showAnswer(this.host.app, [kind, name, env], show);
   }
@@ -354,7 +354,7 @@ export class Detail {
       list = await Promise.all((known.details.plans || []).map((plan) => get(path + escapePart(plan))));
     }
     this.plans = { key: goal.key, list };
-    this.later();
+    this.requestRedraw();
   }
 
   /** Warnings and errors of the log during an item, up to the moment, except lines about other robots. */
@@ -367,16 +367,16 @@ export class Detail {
         .lines(begin, last)
         .filter(isBad)
         .filter(lineFilter(item, this.history, begin.time, last.time)),
-      more = lines.length - MOST_LINES;
+      more = lines.length - MAX_LOG_LINES;
     if (!lines.length) return null;
     const entry = (line) =>
       el.li(
-        ...[this.at(line), " ", el.b({ class: "lv lv-" + line.level }, line.level), " "],
+        ...[this.timeButton(line), " ", el.b({ class: "lv lv-" + line.level }, line.level), " "],
         ...[dim(line.component + ": "), line.text],
       );
     return el.section(
       el.h3("Warnings and errors meanwhile"),
-      el("ol.tl-log", lines.slice(-MOST_LINES).map(entry)),
+      el("ol.tl-log", lines.slice(-MAX_LOG_LINES).map(entry)),
       el.p(
         link("#/log?time=" + (end || begin).time, "All lines"),
         more > 0 && dim(", " + more + " more warnings and errors"),
