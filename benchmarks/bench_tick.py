@@ -20,7 +20,7 @@ from benchmarks.harness import paired_ratio, report
 from cxbridge.run import Run, RunOptions
 
 SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "test-scenario"
-BATCH = 500
+BATCH = 500  # ticks that are timed together
 SOAK_TICKS = 100_000
 
 

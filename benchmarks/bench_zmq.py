@@ -110,7 +110,10 @@ def ours_reader(url: str, _: str) -> None:
 
 
 def ours_writer(url: str, mode: str) -> None:
-    """Write the current time at RATE_HZ, in the mode ``burst`` without pauses; send the time of the begin."""
+    """Write the current time at RATE_HZ, in the mode ``burst`` without pauses.
+
+    Sends the time in seconds at which the writes began.
+    """
     with connect(url) as board:
         writer: Any = board.open_for_writing(TYPE, ID)
 
@@ -373,6 +376,8 @@ def measure_updates(
     rival: str, transport: str, folder: str, readers: int, mode: str
 ) -> tuple[list[float], float, int]:
     """Return the delays at all readers in us, the updates per second, and the number of skipped updates.
+
+    In the mode ``paced``, skipped updates and a long pause of the machine are printed.
 
     :param mode: ``paced`` or ``burst``.
     """

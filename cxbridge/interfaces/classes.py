@@ -1,6 +1,6 @@
 """Makes the Python classes of a schema: enums, messages, the interface.
 
-A class has a property for each field.
+The class of an interface or a message has a property for each field.
 """
 
 from __future__ import annotations

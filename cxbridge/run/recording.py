@@ -32,7 +32,7 @@ class RecorderComponent(Component):
     """Records events from construction until :meth:`close`.
 
     :param run: a run, a team or a daemon.
-    :param writers: additional receivers of events.
+    :param writers: additional writers; :meth:`close` closes them.
     :param keep: whether to rename an existing recording and an existing log instead of overwriting them.
     :raises CxbridgeError: if a file cannot be written.
     """

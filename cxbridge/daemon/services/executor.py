@@ -26,7 +26,7 @@ PERIOD_S = 1 / 30  # seconds between steps, the period of a daemon's main loop
 PATIENCE_S = 5.0
 """The seconds to wait for the end of a predecessor with the same id.
 
-A killed process does not close its connection, so the server notices its end late.
+A killed process does not end its session with the server, which notices the end late.
 """
 
 _RETRY_INTERVAL_S = 0.1  # seconds between attempts to open the interface

@@ -76,7 +76,7 @@ class EndlessRules:
         self.firing_count = 0
         """The number of firings in this run up to the last check."""
         self.ring: tuple[str, ...] = ()
-        """The rules that the last window repeated, in firing order; all its rules if it repeated none."""
+        """The rules that the second half of the last window repeated, as :func:`find_ring` returns them."""
         self.chunk_size = _SLOW_CHUNK_SIZE
         """The number of firings until the next check."""
         self._began_s = self._checked_s = self._phase_began_s = time.monotonic()

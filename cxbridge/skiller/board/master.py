@@ -97,7 +97,7 @@ class Master:
         self.feedback = ""
         """The last message of the executor."""
         self.error = ""
-        """The reason for a failure."""
+        """The reason for a failure, or for a cancellation that a deadline or the closing board has ended."""
         self._sender = sender
         self._timeouts = timeouts
         self._explain = explain

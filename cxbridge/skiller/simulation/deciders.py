@@ -1,6 +1,7 @@
 """Deciders of a simulated skill's end.
 
-The first decider with an answer decides. If the answer has no duration, the next decider chooses it.
+The first decider with an answer decides. The next decider completes an answer without a duration: a failure
+gets a duration, and a success becomes the next outcome, but keeps its own effect.
 """
 
 from __future__ import annotations

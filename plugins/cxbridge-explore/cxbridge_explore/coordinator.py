@@ -218,6 +218,7 @@ class Coordinator(Closing):
 
     def _handle_start(self, peer: _Peer, report: StartReport) -> None:
         if report.edge is None:
+            # the loader reports twice: before and after it loads the scenario
             self._is_loaded = self._loader is peer
             self._loader, peer.pid = peer, report.pid
         elif report.pid:

@@ -17,7 +17,7 @@ _MAX_STAMP_US: Final = 2**31 * MICROSECONDS - 1  # the seconds of a stamp are in
 
 
 def us_to_stamp(time_us: int) -> Message:
-    """Return a time as a stamp; a time outside the range of stamps becomes the nearest stamp."""
+    """Return a time as a stamp: the epoch for an earlier time, the last stamp for a time beyond the range."""
     seconds, microseconds = split_us(max(0, min(time_us, _MAX_STAMP_US)))
     return {"sec": seconds, "nanosec": microseconds * NS_PER_US}
 

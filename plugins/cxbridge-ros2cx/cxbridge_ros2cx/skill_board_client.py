@@ -118,7 +118,7 @@ class SkillBoardClient:
         return was_cancelled
 
     def lacks_sensors(self, executor: str) -> bool:
-        """Return whether the effects of an executor have no sensor."""
+        """Return whether the effects of an executor have no sensor; always False in the mode ``original``."""
         return not self._repeats_defects and executor in self._unsensed_executors
 
     def add_executor(self, executor_option: str) -> None:

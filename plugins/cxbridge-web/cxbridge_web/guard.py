@@ -45,7 +45,7 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
-            return  # a WebSocket, which the server does not offer; with ws="none" uvicorn forwards none
+            return  # a WebSocket or the lifespan, which uvicorn does not forward: ws="none", lifespan="off"
         request_headers = Headers(scope=scope)
         origin = request_headers.get("origin", "")
         is_origin_allowed = is_allowed_origin(origin, self._allowed_origins)
@@ -63,10 +63,10 @@ class Guard:
                 ]
             await send(message)
 
-        refusal = self._make_refusal(scope, request_headers)
-        await (refusal or self._app)(scope, receive, send_with_headers)
+        early_reply = self._make_early_reply(scope, request_headers)
+        await (early_reply or self._app)(scope, receive, send_with_headers)
 
-    def _make_refusal(self, scope: Scope, headers: Headers) -> Response | None:
+    def _make_early_reply(self, scope: Scope, headers: Headers) -> Response | None:
         """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
         # A server with a token may have further names: a page after DNS rebinding does not know the token.

@@ -1,4 +1,7 @@
-"""Refusals of requests: the server's errors become replies, which become the same errors at the client."""
+"""Refusals of requests: the server's errors become replies, which become the same errors at the client.
+
+An error for which there is no code becomes a :class:`RemoteRefusalError`.
+"""
 
 from __future__ import annotations
 

@@ -10,9 +10,10 @@
 ; stored document is later, the database tries to insert a second document with the
 ; _id and refuses, so that later data are not overwritten.
 ;
-; Changes by other robots arrive as trigger events, and are accepted if they are later
-; than the last change of the fact, which its wm-robmem-sync-map-entry has even after
-; the retraction of the fact.
+; Changes by other robots arrive as trigger events. A removal that is not later than the
+; last known change of the fact is refused; its wm-robmem-sync-map-entry has the time of
+; this change even after the retraction of the fact. A written document that is not later
+; is refused only while the fact exists, as in Fawkes.
 ;
 ; Needs time.clp, worldmodel.clp and the feature robot_memory. Rules and functions have
 ; Fawkes' names, except internal functions, wm-robmem-sync-fact-modified-in-place and

@@ -1,9 +1,9 @@
-"""Reader of the files of Fawkes' bblogger, the writes of one interface each; see docs/formats.md.
+"""Reader of the files of Fawkes' bblogger; each has the writes of one interface. See docs/formats.md.
 
 The reader does not rely on three values of the files. The flag for the byte order means "big" on every
 machine, and is ignored. The number of entries is not updated, or not at the end: a wrong number causes a
-note. The time of an entry is that of logging: it counts only if the block lacks a valid time stamp of the
-write.
+note, unless it is 0. The time of an entry is that of logging: it counts only if the block lacks a valid time
+stamp of the write.
 """
 
 from __future__ import annotations

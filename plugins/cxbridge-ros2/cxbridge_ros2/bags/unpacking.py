@@ -30,10 +30,10 @@ _READ_BYTES: Final = 1024 * 1024  # the number of bytes of a read, after which t
 def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
     """Return the content of packed data, which consists of frames.
 
-    :param make_decompressor: makes the decompressor of a frame.
     A truncated frame gives the content before its end, so that an interrupted recording is readable up to its
     end.
 
+    :param make_decompressor: makes the decompressor of a frame.
     :raises ReaderError: if the unpacked data exceeds the limit, or a truncated frame has no content.
     """
     chunks: list[bytes] = []
@@ -88,7 +88,7 @@ class _LimitedZstd:
 @functools.cache
 def limit_unpacking() -> None:
     """Replace the functions in rosbags for the rest of this process. Further calls do nothing."""
-    # typed as Any, since the type checker forbids to replace the members of a module
+    # typed as Any, since the type checker forbids replacing the members of a module
     any_bag_module: Any = bag_module
     any_mcap_module: Any = mcap_module
     for module in (any_bag_module, any_mcap_module):

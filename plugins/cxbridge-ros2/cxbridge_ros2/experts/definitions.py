@@ -67,7 +67,7 @@ def _split_fields(fields: str) -> str:
     return fields.replace(", ", "\n")
 
 
-# The definition of each type, in the format of .msg, .srv and .action files.
+# The definition of each type, in the format of .msg and .srv files.
 TYPE_DEFINITIONS: Final[Mapping[str, str]] = {
     **{f"{PACKAGE}/msg/{name}": _split_fields(fields) for name, fields in _MESSAGES.items()},
     **{

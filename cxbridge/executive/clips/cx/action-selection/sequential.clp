@@ -9,7 +9,7 @@
 ; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule action-selection-sequential-select
-  "No action of the plan is in execution: select the FORMULATED action with the smallest id."
+  "All actions of the plan are FORMULATED or FINAL: select the FORMULATED one with the smallest id."
   (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type SEQUENTIAL) (suspended FALSE))
   ?next <- (plan-action (state FORMULATED) (id ?id) (plan-id ?q&:(eq ?q ?plan)) (goal-id ?goal))

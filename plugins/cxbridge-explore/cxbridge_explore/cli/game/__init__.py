@@ -127,7 +127,7 @@ def _play_series(games: Mapping[str, Game], play_options: PlayOptions, *, as_jso
         if len(results_by_agent) > 1:
             report["comparison"] = Match(*results_by_agent.values()).as_dict()
         say_json({**report, "seed": play_options.seed}, indent=2)
-    # a larger exit status tells of a worse problem
+    # of two agents with problems, the larger exit status counts: an error of cxbridge itself has the largest
     return max(_report_problems(results) for results in results_by_agent.values())
 
 

@@ -121,7 +121,7 @@ def _make_map_slots(node: YamlNode | None, path: str, *, is_in_list: bool = Fals
 
 
 def _make_list_slots(node: YamlList, path: str) -> Iterator[Slots]:
-    """Yield the slots of the facts for a list: one fact has all scalars; maps are named by their indices."""
+    """Yield the slots of the facts for a list: one fact has all scalars; maps and lists have indices."""
     scalars = tuple(item.text for item in node.items if isinstance(item, YamlScalar))
     if scalars:
         yield {"path": path, "type": Symbol("STRING"), "is-list": TRUE, "list-value": scalars}

@@ -234,16 +234,16 @@ class TopicLogging:
             self._set_logging,
             right=Right.CONTROL,
         )
-        for env in manager.environments:
-            if manager.context.parameters.get(f"{env}.log_clips_to_topic", default=False):
-                self._switch_logging(env, is_enabled=True)
+        for env_name in manager.environments:
+            if manager.context.parameters.get(f"{env_name}.log_clips_to_topic", default=False):
+                self._switch_logging(env_name, is_enabled=True)
 
     def _set_logging(self, request: Message) -> Fields:
         self._switch_logging(request["env_name"], is_enabled=request["enabled"])
         return {"success": True}
 
-    def _switch_logging(self, name: str, *, is_enabled: bool) -> None:
-        env = self._manager.environments.get(name)
+    def _switch_logging(self, env_name: str, *, is_enabled: bool) -> None:
+        env = self._manager.environments.get(env_name)
         if env is not None:  # as in the ROS 2 CX, an unknown environment is no error
             env.line_listeners.pop(_LISTENER_NAME, None)
             if is_enabled:

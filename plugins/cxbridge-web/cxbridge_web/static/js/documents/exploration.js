@@ -57,7 +57,8 @@ function map(rows) {
     note(
       "A bar begins where its run left another run, from whose bar the line comes. ",
       hasLinks ? "A bar that is a link opens its run at that moment. " : "",
-      "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: continues like another run.",
+      "Green: completed; orange: unsuccessful; red: stuck, or worse; ",
+      "grey: continues like another run, or is not explored to its end.",
     ),
   ];
 }
@@ -106,7 +107,7 @@ function unreached({ rules, goals, actions }) {
   ];
   return [
     el.p(rules.fired + " of " + rules.of + " rules fired"),
-    table(["what", "where", "name"], lines, "all was reached"),
+    table(["what", "where", "name"], lines, "everything was reached"),
   ];
 }
 

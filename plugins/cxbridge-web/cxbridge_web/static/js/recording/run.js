@@ -20,11 +20,11 @@ export class Recording {
   constructor(name, events, notes, sources = null, { isPast = false } = {}) {
     Object.assign(this, { name, notes, sources, isPast });
     this.model = new Model(null, this.history);
-    const isOrdered = events.every((event, at) => !at || event.time_us >= events[at - 1].time_us);
+    const isOrdered = events.every((event, index) => !index || event.time_us >= events[index - 1].time_us);
     this.events = isOrdered ? events : [...events].sort((a, b) => a.time_us - b.time_us);
     // the number of events up to each step: a step is a transition; in a run without transitions, an event
-    this.steps = this.events.flatMap((event, at) => (STEP_KINDS.has(event.kind) ? [at + 1] : []));
-    if (!this.steps.length) this.steps = this.events.map((_, at) => at + 1);
+    this.steps = this.events.flatMap((event, index) => (STEP_KINDS.has(event.kind) ? [index + 1] : []));
+    if (!this.steps.length) this.steps = this.events.map((_, index) => index + 1);
     this.environments = [...new Set(this.events.map((event) => event.env).filter(Boolean))].sort();
     this.time = this.begin; // the moment, microseconds
   }
@@ -121,7 +121,7 @@ export class Past {
     this.isWhole = true; // no event was dropped
   }
 
-  /** Keep an event. The oldest events make room. */
+  /** Keep an event of a kind in KEPT. The oldest events make room. */
   note(event) {
     if (!KEPT.has(event.kind)) return;
     this.events.push(event);
@@ -131,7 +131,7 @@ export class Past {
     this.isWhole = false;
   }
 
-  /** Whether the events up to a moment have come: the latest is not before it. */
+  /** Whether an event of this moment or a later one has come. */
   reaches(time) {
     return this.latest >= time;
   }
