@@ -182,7 +182,7 @@ class LocalBlackBoard(BlackBoard):
     """Interfaces in the memory of this process, for all its threads.
 
     :param registry: returns the classes of types that are named by a string.
-    :param bus: gets log lines and writes.
+    :param bus: gets log lines, writes and messages.
     :param serials: returns a unique serial for each instance; a counting function makes runs reproducible.
     """
 

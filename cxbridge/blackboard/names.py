@@ -42,7 +42,7 @@ def check_names(interface_type: str, interface_id: str) -> None:
 def parse_uid(uid: str) -> tuple[str, str]:
     """Split ``Type::id`` into type and id; the id may contain ``::``.
 
-    :raises InvalidNameError: if the text has another form, or the type or the id is too long.
+    :raises InvalidNameError: if the text has another form, or :func:`check_names` refuses the type or the id.
     """
     interface_type, separator, interface_id = uid.partition("::")
     if not separator or not interface_id or not _TYPE.fullmatch(interface_type):

@@ -47,7 +47,7 @@ class InterfaceRegistry:
         return sorted({path.stem for path in files})
 
     def path(self, name: str) -> Path | None:
-        """Return the definition file of a type, or None."""
+        """Return the definition file of a type; None if no folder has the file."""
         if not name.isidentifier():  # a name from the network may be '../secret'
             return None
         return next((path for folder in self._dirs if (path := folder / f"{name}.xml").is_file()), None)
@@ -95,7 +95,7 @@ class InterfaceRegistry:
         return schema
 
     def _make_not_found_error(self, name: str) -> InterfaceError:
-        """Return the error for an undefined type, in the words of Fawkes."""
+        """Return the error for an undefined type, which begins with the words of Fawkes."""
         dirs_text = ", ".join(str(folder) for folder in self._dirs) or "no folder"
         # a user may omit the suffix of the type
         full_name_hint = did_you_mean(interface_type_name(name), self.names(), "check the type's name")

@@ -107,7 +107,7 @@ def agent_names(config: Configuration) -> list[str]:
 def choose_agent(config: Configuration, name: str) -> Configuration:
     """Return the configuration of one agent: the scenario's configuration, overlaid with the agent's part.
 
-    :raises CxbridgeError: if the scenario has no such agent.
+    :raises CxbridgeError: if the scenario has no such agent, or the section of agents is malformed.
     """
     names = agent_names(config)
     if name not in names:

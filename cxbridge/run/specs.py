@@ -41,7 +41,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
 
     :param spec: the chosen spec; None: the spec that the configuration names.
     :param config_file: the place for an error without a place in the configuration.
-    :raises ConfigError: if the spec does not exist.
+    :raises ConfigError: if the spec does not exist, or none is named.
     """
     faulty_value = None
     if spec is None:
@@ -262,7 +262,7 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
 
 
 def _check_container(config: Configuration, path: str, shape: str) -> None:
-    """Raise an error if a path has a value instead of a container. A missing or empty value is valid.
+    """Raise an error if a path has a value instead of a container. A missing value or an empty text is valid.
 
     :param shape: the expected map or list of maps, as text for the error.
     """

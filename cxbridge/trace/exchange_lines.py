@@ -1,7 +1,7 @@
 """Output of the messages of a skill board, for ``cxbridge trace exchange``.
 
 A skill board assigns skills to executors by messages, as in the ROS 2 CLIPS Executive of 2021; see
-docs/skill-board.md.
+docs/skill-board.md. The master is the client of the skill board that requests the skill.
 """
 
 from __future__ import annotations
@@ -16,7 +16,10 @@ from cxbridge.history.exchange import ExchangeReader, SkillMessage
 
 
 def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a line per message: seconds since the first message, type, sender, receiver, content."""
+    """Yield a line per message: seconds since the first message, type, route, content.
+
+    The route begins with the master; its arrow points to the receiver.
+    """
     start_us: int | None = None
     for message, master in ExchangeReader().read(events):
         start_us = message.time_us if start_us is None else start_us

@@ -27,7 +27,7 @@ class Findings(Struct):
     warnings: list[InterfaceDefinitionError] = field(default_factory=list)
 
     def make_error(self, element: Element, message: str, hint: str = "") -> InterfaceDefinitionError:
-        """Return an error at an element, to be raised."""
+        """Return an error, or a warning in the form of an error, with the place of an element."""
         return InterfaceDefinitionError(
             message, file=self.file, line=element.line, column=element.column, hint=hint or None
         )
@@ -119,7 +119,7 @@ class Findings(Struct):
 class NameScope(Struct):
     """Names that must be unique.
 
-    :param findings: makes the errors of duplicate names.
+    :param findings: makes the errors about duplicate names.
     """
 
     findings: Findings

@@ -41,7 +41,7 @@ class RosSkillSettings(Struct, frozen=True):
     :param template: the goal or request; texts may contain parameters of the skill: ``$place``.
     :param feedback_path: the field of the feedback to show; empty for the whole feedback.
     :param success_path: the field of a response that must be true; empty if any response is a success.
-    :param error_path: the field of a result or response with the error; may be empty.
+    :param error_path: the field of a result or response with the error; empty if errors have no text.
     :param timeout_s: the time limit of the skill.
     :param server_timeout_s: the time without a server after which the skill fails.
     """
@@ -149,7 +149,7 @@ class RosSkills(RosExecutor):
             yield from self._yield_progress(skill, client, sent_goal)
         finally:
             if not sent_goal.is_over:
-                sent_goal.cancel()  # the skill was cancelled, or has exceeded its time limit
+                sent_goal.cancel()  # cancelled skill, exceeded time limit or vanished server
                 client.forget(sent_goal)
         if sent_goal.is_accepted is False:
             raise SkillFailedError(f"{skill.name} has rejected the goal")

@@ -42,7 +42,10 @@ class ConfvalFeature(Feature):
         env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
 
     def _load(self, env: ClipsEnvironment, prefix: str) -> None:
-        """Assert a ``confval`` for each parameter of the executive's node, ``/clips_executive``."""
+        """Assert a ``confval`` for each parameter of the executive's node, except for empty lists.
+
+        :param prefix: the name of the executive's node; the parameters of other nodes are unknown.
+        """
         log = env.bus.logger(f"ClipsConfig|{env.name}")
         if str(prefix).strip("/") != EXECUTIVE_NODE:
             log.error(f"Cannot load the parameters of {prefix}: only those of {EXECUTIVE_NODE} are known")

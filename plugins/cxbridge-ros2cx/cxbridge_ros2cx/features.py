@@ -1,7 +1,7 @@
 """The features of the thesis' executive, ros2-clips-executive (2021).
 
-The parameter file ``cx_params.yaml`` lists features, each with the C++ class of its plugin. Each class has a
-stand-in in Python here.
+The parameter file ``cx_params.yaml`` lists features, each with the C++ class of its plugin. The classes that
+:func:`make_features` knows have stand-ins in Python.
 """
 
 from __future__ import annotations

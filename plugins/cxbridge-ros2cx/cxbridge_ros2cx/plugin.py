@@ -5,7 +5,7 @@ from __future__ import annotations
 from cxbridge.plugins import Row
 from cxbridge_ros2cx.options import is_clips_manager_agent
 
-API = 1
+API = 1  # version of the plug-in interface
 
 OPTIONS = (Row("ros2cx", "cxbridge_ros2cx.options:Ros2CxOptions"),)
 SOURCES = (

@@ -140,7 +140,7 @@ def _write_page(path: Path, document: dict[str, Any]) -> None:
 
 
 def _list_warnings(report: ComparisonReport, selection: Selection) -> Iterator[str]:
-    """Yield the notes of the readers about both runs, then the patterns that match no event."""
+    """Yield the notes of the readers about A and the reported B, then the patterns that match no event."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
     yield from (f"pattern '{pattern}' matches no event" for pattern in selection.unused_patterns)

@@ -177,7 +177,7 @@ def _write_page(
     command: str,
     program: tuple[RunOptions, WorldModel | None, MakeAssembly],
 ) -> None:
-    """Write the page of a finished exploration, and the pages of runs and counterexamples.
+    """Write the page of a complete or interrupted exploration, and the pages of runs and counterexamples.
 
     :param program: the options, the world and the maker of the explored runs, to play runs again.
     """
@@ -215,7 +215,10 @@ def _write_counterexamples(
     make_assembly: MakeAssembly,
     folder: Path,
 ) -> ExploreResult:
-    """Write the counterexample of each violation, and return the result with the counterexamples."""
+    """Write counterexamples, and return the result with the written counterexamples.
+
+    A run that was given up gets none. A failure to write is a warning.
+    """
     from cxbridge_explore.counterexample import write_counterexample
     from cxbridge_explore.worlds.points import read_path
 

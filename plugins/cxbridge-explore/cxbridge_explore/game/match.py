@@ -42,7 +42,7 @@ def play_games(
             ) from None
         finally:
             pool.shutdown(cancel_futures=True)  # after an error, no further game starts
-    # sorted by seed, since the games have ended in any order
+    # in the order of `seeds`, since the games have ended in any order
     return {
         name: {seed: results_by_seed[seed] for seed in seeds} for name, results_by_seed in results.items()
     }

@@ -153,7 +153,7 @@ class _CsvFile:
         """
         cells = [_format_seconds(elapsed_us)]
         for name, format_element, is_array in self._columns:
-            value = values.get(name, "")
+            value = values.get(name, b"")
             if isinstance(value, bytes):
                 cells.append(value)
                 continue

@@ -1,8 +1,8 @@
 """The calling side of a hub: an executor of the skill board whose skills performers execute.
 
 The caller behaves like the callers of PlanSys2 and of ros2-clips-executive, except where these hang. The
-caller repeats a REQUEST until a performer responds, confirms this performer, and rejects every later
-RESPONSE, even after the end of the action. A performer whose RESPONSE was lost would wait forever, so the
+caller repeats a REQUEST until a performer responds, confirms this performer, and rejects later RESPONSEs to
+the REQUEST, even after the end of the action. A performer whose RESPONSE was lost would wait forever, so the
 caller rejects the performer. A performer that vanishes or restarts is a failure of the skill.
 """
 
@@ -81,7 +81,7 @@ class HubSkillSettings(Struct, frozen=True):
     def make_arguments(self, call: SkillCall) -> tuple[str, ...]:
         """Return the arguments of the action for a call.
 
-        :raises SkillError: if an argument is a list or a mapping.
+        :raises SkillError: if an argument is a list or a mapping, or the call lacks a parameter.
         """
         if self.arguments is None:
             argument_values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]

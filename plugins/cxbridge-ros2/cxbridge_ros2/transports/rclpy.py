@@ -35,7 +35,8 @@ _ACTION_MEMBERS: Final = {
     "FeedbackMessage": "FeedbackMessage",
 }
 
-_MAX_CALLBACKS: Final = 256  # callbacks per poll, so that a fast topic does not starve the loop
+# callbacks per poll after the first, so that a fast topic does not starve the loop
+_MAX_CALLBACKS: Final = 256
 
 
 class RclpyNode(Node):

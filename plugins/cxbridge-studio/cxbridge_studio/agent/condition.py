@@ -303,7 +303,7 @@ def parse_elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
     """Yield the CEs of a list, without ``declare``; ``and`` and ``logical`` are flattened."""
     for nodes in _join_bindings(items):
         node = nodes[-1]
-        # Words between the CEs are mistakes, and `declare` has the salience.
+        # A text before the CEs is the doc-string, other words are mistakes, and `declare` has the salience.
         if node.items is None or node.head == "declare":
             continue
         if len(nodes) > 1:

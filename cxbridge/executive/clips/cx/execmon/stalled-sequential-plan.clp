@@ -1,8 +1,8 @@
 ; stalled-sequential-plan.clp - fail a sequential plan that cannot continue
 ;
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
-; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
-; because ids that are numbered together share few buckets (docs/evidence/core.md).
+; condition, so that CLIPS does not hash the join by goal and plan. These two hashed variables would
+; be slower, because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule xm-stalled-sequential-plan-next-action-not-executable
   "While no action of the plan is in execution, its next action must be executable. Do not load

@@ -18,8 +18,9 @@ from cxbridge.errors import Ros2Error
 # that without the lock an endpoint gets the user data of an endpoint that another thread reads.
 QOS_LOCK: Final = threading.Lock()
 
-# Cyclone DDS' configuration of discovery for the ranges within this host. `localhost` tries the ports of 32
-# participants, as in rmw_cyclonedds. `off` finds only nodes of this process: no other process has the tag.
+# Cyclone DDS' configuration of discovery for the ranges within this host. `localhost` tries the ports of the
+# participant indices up to 32, as in rmw_cyclonedds. `off` finds only nodes of this process: no other process
+# has the tag.
 _DISCOVERY_CONFIGURATIONS: Final = {
     "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
@@ -51,7 +52,7 @@ _node_counts: Counter[int] = Counter()
 
 
 def enter_domain(number: int, reach: str) -> Callable[[], None]:
-    """Limit a domain to this host if its first node has such a range; further nodes keep that range.
+    """Limit a domain to this host if the range is within this host; further nodes keep the range.
 
     The user's CYCLONEDDS_URI configures all domains; the range has no effect then.
 

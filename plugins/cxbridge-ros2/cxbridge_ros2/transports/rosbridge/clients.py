@@ -123,7 +123,10 @@ class RosbridgeAction:
         return lambda: callbacks.remove(callback) if callback in callbacks else None
 
     def send_goal(self, request: Mapping[str, Any], on_response: MessageCallback) -> None:
-        """Send a goal, which counts as accepted, since the bridge does not report the acceptance."""
+        """Send a goal, which counts as accepted if there is a connection.
+
+        The bridge does not report the acceptance.
+        """
         is_accepted = self._send(self, request["goal_id"]["uuid"].hex(), request["goal"])
         # deferred, since the action client does not expect the response before this call returns; the time
         # of the acceptance is unknown

@@ -231,7 +231,7 @@ class EndpointTable(Generic[EndpointT]):
         return [(name, endpoint) for (_, name), endpoint in self._endpoints.items()]
 
     def close_endpoint(self, env: ClipsEnvironment, name: str) -> None:
-        """Close an endpoint and retract its fact; log a warning if the endpoint is unknown."""
+        """Close an endpoint, and retract its fact unless facts stay; warn if the endpoint is unknown."""
         endpoint = self._endpoints.pop((env.name, str(name)), None)
         if endpoint is None:
             self._plugin.log.warn(self._unknown_text.format(name=name, env=env.name))
