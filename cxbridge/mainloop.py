@@ -94,7 +94,7 @@ class MainLoop:
 
     @contextmanager
     def busy_section(self) -> Iterator[None]:
-        """Count the block as a cycle, so that the watchdog also limits work outside of cycles."""
+        """Count the block as a turn, so that the watchdog also limits work outside of cycles."""
         self.turn_count += 1
         self.is_working = True
         try:

@@ -239,7 +239,7 @@ def _row_noun(hook: str) -> str:
 
 @lru_cache(maxsize=1)
 def known_packages() -> Mapping[str, str]:
-    """Return the known packages of plug-ins by the names of their rows, options and sections."""
+    """Return the known packages of plug-ins by the names of their rows, options, sections and tables."""
     text = Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8")
     packages: dict[str, str] = json.loads(text)
     return MappingProxyType(packages)

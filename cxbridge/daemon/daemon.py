@@ -152,6 +152,7 @@ class Daemon(Run):
         :returns: the exit status: 0 after a requested stop, 4 after a failure.
         :raises CxbridgeError: if a component fails to start and the policy is to stop, or a file that is
             loaded later has mistakes.
+        :raises OSError: if a component fails to start because of a file, and the policy is to stop.
         """
         self._thread_id = get_ident()
         for warning in self.warnings:

@@ -24,8 +24,9 @@ TABLE_NAME = "known-hashes.json"
 def layout_fingerprint(schema: InterfaceSchema) -> str:
     """Return a digest of everything that two programs must agree on, as 64 hexadecimal digits.
 
-    The digest covers the type's name and size; name, type, length, offset and size of the fields, also of
-    messages; and the values of enums. The digest does not cover comments, constants, defaults and authors.
+    The digest covers the names and sizes of the type and its messages; name, type, length, offset and size of
+    their fields; and the names and values of enums. The digest does not cover comments, constants, defaults
+    and authors.
     """
     layout = {
         "name": schema.name,

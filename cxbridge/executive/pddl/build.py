@@ -265,7 +265,7 @@ class SyntaxBuilder:
         elif isinstance(right, FunctionTerm) or (
             isinstance(right, Constant) and number_of(right.name) is not None
         ):
-            left = self._number(left)  # next to a number, a word is a function; two words are objects
+            left = self._number(left)  # before a number, a word is a function; two words are objects
         return TermComparison(operator.text, left, right, position=self.position(start))
 
     def timed(self, children: Children, start: int) -> Timed:

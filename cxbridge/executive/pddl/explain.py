@@ -62,18 +62,21 @@ def unexpected_token_error(text: SourceText, symbol: str, unexpected: Unexpected
 
 
 def _make_hint(word: str, expected: frozenset[str]) -> str:
-    """Return a hint with the similar keyword or with all permitted words.
+    """Return a hint with the similar keyword, or with the permitted keywords and kinds of words.
+
+    Keywords without a colon, such as ``define`` and ``and``, are left out where other words are permitted.
 
     :param expected: the permitted terminals.
     """
-    keywords = sorted(
+    words = sorted(
         keyword
         for keyword, terminal in load_tables().keywords.items()
-        if terminal in expected and keyword.startswith(":")
+        if terminal in expected and terminal not in _TERMINAL_NOUNS
     )
+    keywords = [keyword for keyword in words if keyword.startswith(":")]
     nouns = [noun for terminal, noun in _TERMINAL_NOUNS.items() if terminal in expected]
-    permitted = ", ".join([*keywords, *nouns]) or "the end of the text"
-    return did_you_mean(word, keywords, f"expected: {permitted}")
+    permitted = ", ".join([*keywords, *nouns] or words) or "the end of the text"
+    return did_you_mean(word, keywords if nouns else words, f"expected: {permitted}")
 
 
 def _find_unsupported_part(

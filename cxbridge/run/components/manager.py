@@ -85,7 +85,7 @@ class ComponentStatus(Struct, frozen=True):
     """A component's state.
 
     :param reason: why the component is not active; empty if the component is active or was never started.
-    :param since_us: the time of the last change, microseconds since the epoch.
+    :param since_us: the time of the last change of the state, microseconds since the epoch.
     """
 
     name: str
@@ -129,7 +129,7 @@ class ManagedNode(Generic[ComponentType]):
         self.state = State.UNCONFIGURED
         self.reason = ""
         self.error: Exception = LifecycleError(f"{name} has not failed")
-        """The error of the last failure; before a failure, an error that says so."""
+        """The error of the last failed transition; before such a failure, an error that says so."""
         self.component = component
         """The component; None while unconfigured, unless the component existed before the node."""
 
@@ -205,9 +205,9 @@ class ManagedNode(Generic[ComponentType]):
 class ComponentManager:
     """Starts components first to last, stops them last to first, and watches them in between.
 
-    All calls run in the caller's thread. The manager logs a failure and keeps it as the component's reason.
-    The policy decides what follows: the other components continue; or the manager sets :attr:`failure`, so
-    that the owner calls :meth:`shutdown`; or the manager raises the error.
+    All calls run in the caller's thread. The policy decides what follows the failure of a transition: the
+    manager raises the error; or it logs the error, keeps the error as the component's reason, and either lets
+    the other components continue or sets :attr:`failure`, so that the owner calls :meth:`shutdown`.
 
     :param nodes: components in start order; each may depend on its predecessors.
     :param log: gets a line for each change; None: changes are not logged.

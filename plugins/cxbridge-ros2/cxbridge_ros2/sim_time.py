@@ -65,7 +65,7 @@ class SimTimeClock(Clock):
         self._time_changed = threading.Condition()
         self._thread: threading.Thread | None = None
         self._is_closed = False
-        self._now_us = 0  # until the first message
+        self._now_us = 0  # stays 0 until the first message
         self._offset_us = 0  # added to the received times, so that time does not go back after a reset
 
     def now_us(self) -> int:

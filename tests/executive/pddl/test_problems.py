@@ -107,6 +107,8 @@ def test_swapped_files_and_misspelt_words_have_hint(tmp_path):
         (lambda: load_domain(tmp_path / "domian.pddl"), "did you mean domain.pddl?"),
         (lambda: parse_domain(text.format(" (:action g :precondtion (a b))")), "did you mean :precondition?"),
         (lambda: parse_domain(text.format(" (:actoin g)")), "did you mean :action?"),
+        (lambda: parse_domain("(defin (domain d))"), "did you mean define?"),
+        (lambda: parse_domain("(set (domain d))"), "expected: define"),
     ):
         with pytest.raises(PddlError) as caught:
             call()

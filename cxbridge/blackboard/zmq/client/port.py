@@ -85,7 +85,7 @@ class InterfaceCopy(BoardPort):
         self._members: dict[UUID, Member] = {}  # the open instances of all clients
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
-        """Store a write of another writer and queue the notification of the listeners.
+        """Store data that the server has sent, and queue the notification of the listeners.
 
         :raises ProtocolError: if the size of the block is wrong.
         """
@@ -169,7 +169,7 @@ class InterfaceCopy(BoardPort):
             self._remove_members(self._members.keys() - members_by_serial.keys())
             for serial, member in members_by_serial.items():
                 self.change_member(membership_kind(writer=member.writer, added=True), serial, member.owner)
-        self._members = members_by_serial  # again, because the order of the members is the server's
+        self._members = members_by_serial  # even after these changes, for the server's order of the members
 
     def _remove_members(self, serials: AbstractSet[UUID]) -> None:
         for serial, member in self._members.items():

@@ -9,7 +9,8 @@
 ;   UNLOCK      UNLOCKED, and state OPEN or LOCKED by another robot; ERROR
 ;   RENEW-LOCK  ACQUIRED; REJECTED if the lock was lost; ERROR
 ;
-; ERROR means misuse, with the reason in error-msg. A PENDING response forbids
+; ERROR means misuse, with the reason in error-msg. A request to unlock an OPEN mutex
+; waits for the next event of the mutex, as in Fawkes. A PENDING response forbids
 ; further requests. The state follows the trigger events of the collection in the
 ; robot memory; other rules must not set the state.
 ;

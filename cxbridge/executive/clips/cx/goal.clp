@@ -78,8 +78,8 @@
 
 (deffunction goal-retract-goal-tree (?id)
   "Retract the goal, its descendants and all their plans, at once. For rules of users: the
-   function searches all goals once for each level of the tree, and all plans once. The rules
-   of the core assert (goal-tree-retract ID) instead."
+   function searches all goals for each level of the tree, and once more, as all plans and
+   actions. The rules of the core assert (goal-tree-retract ID) instead."
   ; nil would be the parent of all root goals
   (bind ?level (if (eq ?id nil) then (create$) else (create$ ?id)))
   (bind ?tree (create$))

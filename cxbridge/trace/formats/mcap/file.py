@@ -70,7 +70,7 @@ class McapFileWriter:
     def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
         self._file = file
         self._offset = 0
-        self._schemas: dict[int, bytes] = {0: b""}  # mcap: a channel without a schema has the number 0
+        self._schemas: dict[int, bytes] = {0: b""}  # mcap: the number 0 stands for no schema
         self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
         # the messages of the chunk by channel: times and offsets alternate
@@ -228,7 +228,7 @@ class McapFileWriter:
                 summary += group
         footer = struct.pack("<QQ", start, start + len(summary))
         head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)  # with the checksum
-        # mcap: the checksum covers the summary, and the footer up to the checksum
+        # mcap: the checksum covers the summary, the offsets of its groups, and the footer up to the checksum
         crc = zlib.crc32(footer, zlib.crc32(head, zlib.crc32(offsets, zlib.crc32(summary))))
         self._append(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
 

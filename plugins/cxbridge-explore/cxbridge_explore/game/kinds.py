@@ -73,7 +73,7 @@ class PlayedGameOptions(PluginGameOptions, Protocol):
 
         :param run_options: the options of the run, such as its agent and recordings.
         :param minutes: the duration of the production; None for the game's default.
-        :param world: the file of possible failures; None for the game's default.
+        :param world: the file of possible events; None for the game's default.
         """
 
 
@@ -107,7 +107,7 @@ def find_chosen_game(groups: Sequence[GameOptionsT]) -> GameOptionsT | None:
     chosen_groups = [group for group in groups if group.is_chosen]
     if len(chosen_groups) > 1:
         names = " and ".join(type(group).__name__ for group in chosen_groups)
-        raise CxbridgeError(f"the options name two games: {names}", hint="omit the options of one game")
+        raise CxbridgeError(f"the options name several games: {names}", hint="keep the options of one game")
     if not chosen_groups:
         for group in groups:
             group.refuse_game_options()

@@ -178,7 +178,7 @@ class _TreeReader:
                     return FunctionTerm(operator, (left, right))
             case TreeNodeKind.CONSTANT | TreeNodeKind.PARAMETER:
                 return _parse_term(node["name"])
-        raise Ros2Error(f"a node of the type {node['node_type']} is not a number")
+        raise Ros2Error(f"a node of the type {node['node_type']} is neither a number nor an object")
 
     def _decode_operation(self, operator_number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
         """Return the operator of a node, and the left and the right operand."""
@@ -188,7 +188,7 @@ class _TreeReader:
                 return operator, self._decode_term(left, depth + 1), self._decode_term(right, depth + 1)
             case children:
                 raise Ros2Error(
-                    f"an expression of type {operator_number} with {len(children)} children is not valid"
+                    f"an operation of type {operator_number} with {len(children)} children is not valid"
                 )
 
     def _visit_node(self, index: int, depth: int) -> tuple[Message, TreeNodeKind]:

@@ -25,7 +25,7 @@ MAX_CONNECTIONS: Final = 64  # number of simultaneous connections
 
 _MAX_HEAD_BYTES: Final = 16_384  # size of the head of a request
 _HEAD_TIMEOUT_S: Final = 5.0  # time limit for receiving the head
-_START_TIMEOUT_S: Final = 10.0  # time limit for the start of the thread
+_START_TIMEOUT_S: Final = 10.0  # time limit for the start of the server in the thread
 _MAX_PIECE_BYTES: Final = 1 << 16  # number of bytes that are forwarded at once
 _HEAD_END: Final = b"\r\n\r\n"
 
@@ -45,7 +45,7 @@ class FoxgloveProxy(Closing):
     """Listens on Foxglove's port in a thread.
 
     :param server_address: the host and the port of the server behind the proxy.
-    :raises OSError: if the address or the port is unavailable, or the thread does not start in time.
+    :raises OSError: if the address or the port is unavailable, or the proxy does not start in time.
     """
 
     def __init__(self, settings: FoxgloveSettings, server_address: tuple[str, int]) -> None:

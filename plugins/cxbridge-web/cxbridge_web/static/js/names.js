@@ -1,6 +1,6 @@
 // Keys of goals, names in events, and a binary search.
 export const MAIN_ENV = "executive"; // the environment of an agent without a name
-/** The key of a goal: its id, behind its environment if that is not the executive's. */
+/** The key of a goal: its id; outside of MAIN_ENV with the environment in front. */
 export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);
 /** A symbol as a text; "" for nil. */
 export const bare = (symbol) => (symbol === "nil" ? "" : symbol);

@@ -1,4 +1,4 @@
-// The rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters; the
+// The rows of the timeline: robots, planners, then the trees of goals with their plan-actions; folds and filters; the
 // names of rows, also for screen readers.
 import { dim, durationText, el } from "cx/dom.js";
 import { forestOfGoals } from "cx/forest.js";
@@ -22,8 +22,8 @@ export function robotNames(lanes) {
  * @property {string} key
  * @property {"group" | "robot" | "goal" | "action"} kind
  * @property {string} name
- * @property {object} item the goal or action; the calls of a robot; the rows in a group
- *   of robots or planners; [] for an environment
+ * @property {object} item the goal or action; the calls of a robot or of the planners;
+ *   the rows in a group of these; [] for an environment
  * @property {number} depth
  * @property {boolean | null} open null: a row without rows below it
  * @property {boolean} isSummary whether the goal is drawn as a line, because its parts have rows or it has
@@ -39,7 +39,7 @@ export class Rows {
     this.outcomes = new Set(); // empty: all
     this.visibleWindow = null; // a TimeWindow: only goals with a bar in the window
     this.env = ""; // the environment of the shown goals; empty: all
-    this.opensAll = null; // whether all rows are open; null: only goals with sub-goals
+    this.opensAll = null; // whether all goals are open; null: those with sub-goals, and with filters all
   }
   /** The rows of a history without filters, with the folds of the last view. */
   static of(history) {
@@ -139,11 +139,11 @@ export class Rows {
         hasGoals = (list) => list.some(({ kind }) => kind === "goal"),
         usual = hasFilters || (this.opensAll ?? hasGoals(shownParts)),
         open = shownParts.length ? this.isOpen(item.key, usual) : null;
+      if (shown && !shown.has(item.key)) continue;
       if (hasSeveralEnvs && isGoal && !depth && item.env !== env) {
         ({ env } = item);
         rows.push({ key: "env " + env, kind: "group", name: env, item: [], depth: 0, open: null });
       }
-      if (shown && !shown.has(item.key)) continue;
       const isSummary = open === true || hasGoals(parts);
       rows.push({ key: item.key, kind: item.kind, name: item.id, item, depth, open, isSummary });
       if (open) stack.push(...shownParts.map((part) => [part, depth + 1]).reverse());

@@ -182,7 +182,7 @@ export function open(root, app) {
         ? "A recording shows the skills that were called up to its moment."
         : hasDebug
           ? "The Skiller knows none, or there is no Skiller."
-          : skiller() + " has no SkillerDebugInterface, which lists skills. It can be called.";
+          : skiller() + " has no SkillerDebugInterface, which lists skills. Calls are possible.";
     page.show(
       all.filter(({ name }) => page.matches(name)),
       all.length,
@@ -202,7 +202,7 @@ export function open(root, app) {
     heldNote.hidden = app.mayChange && !isHeld;
     heldNote.textContent =
       app.whyNot ||
-      "The executive or another client controls this Skiller: calls are refused until it releases it.";
+      "The executive or another client controls this Skiller: calls are refused until the control is released.";
     callForm.hidden = Boolean(app.recording);
     redraw(nowBox, state, () => [
       el("div.now-line", skillBadge(state.status), el("code.big", state.text || "no skill called yet")),
