@@ -1,7 +1,7 @@
 """Rules for the addresses of all servers.
 
-A server that can be reached from outside of this user's machine needs keys, a token, a list of peers, or an
-explicit option (docs/security.md).
+A server needs keys, a token, a list of peers, or an explicit option if other machines can reach it, or if it
+has an abstract socket, which all users of this machine can reach (docs/security.md).
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def check_server_address(
     hint: str,
     error_class: type[CxbridgeError] = ConfigError,
 ) -> None:
-    """Raise an error for a server that other users or machines can reach without a restriction.
+    """Raise an error for a server that is neither local nor restricted.
 
     :param server: the server's name, for the error.
     :param address: the host or the endpoint.

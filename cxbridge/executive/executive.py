@@ -376,7 +376,7 @@ def find_skill_location(config: Configuration, spec: str, skill_string: str) -> 
 def read_action_mapping(config: Configuration, spec: str) -> dict[str, str]:
     """Return the mapping templates of a spec by action.
 
-    :raises ConfigError: if a template is not a string.
+    :raises ConfigError: if a template is a map or a list.
     """
     prefix = f"/clips-executive/specs/{spec}/action-mapping/"
     mapping = {}

@@ -74,7 +74,7 @@ class _Wait:
 
 
 def find_skill_links(history: RunHistory) -> list[SkillLink]:
-    """Return the pairs of actions and skills in order."""
+    """Return the pairs of actions and skills in the order in which the skills began."""
     # whether messages are recorded is decided per agent
     envs_with_messages = {action.env for action in history.actions if action.sent_calls}
     return sorted(

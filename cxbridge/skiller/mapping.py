@@ -189,12 +189,18 @@ def _find_step_mistake(step: Replacement | IgnoredStep) -> str:
 def _escape_for_lua(placeholder: Placeholder, value: str, prefix: str) -> str:
     """Return the text of a value to append to ``prefix``, escaped so that Lua cannot run it.
 
-    :raises _CannotMapError: if the value is not in quotes and is not a single word or number.
+    :raises _CannotMapError: if the value follows a backslash in quotes, or is not in quotes and is not
+        a single word or number.
     """
     context = quoting.context_at_end(prefix)
     if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)
-    if context is quoting.QuotingContext.ESCAPE or not quoting.is_word(value):
+    if context is quoting.QuotingContext.ESCAPE:
+        raise _CannotMapError(
+            f"Value '{value}' of parameter '{placeholder.name}' follows a backslash, which would escape the "
+            "first character of the value: remove the backslash from the action mapping"
+        )
+    if not quoting.is_word(value):
         raise _CannotMapError(
             f"Value '{value}' of parameter '{placeholder.name}' is not a single word or number and stands "
             f"unquoted in the skill string: use ?({placeholder.name})s (docs/skiller.md)"

@@ -63,7 +63,8 @@ class GoldenFiles:
         :param tolerance_s: the allowed difference between times in seconds; None: times
             are neither compared nor written.
         :param start_us: the start of the run in microseconds.
-        :raises AssertionError: if the runs differ, or there is no such file.
+        :raises AssertionError: if the runs differ, there is no such file, or neither the file nor the test
+            has a name.
         :raises TraceError: if the file cannot be read, or lacks transitions or times.
         :raises CxbridgeError: if the file cannot be written.
         """

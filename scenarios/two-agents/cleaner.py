@@ -47,7 +47,7 @@ class Cleaner(SkillExecutor):
         return world.read_text().splitlines() if world is not None and world.exists() else []
 
     def _note(self, event: str) -> None:
-        """Log an event, and append it to the file of the house."""
+        """Log an event, and append it to the file of the house, if any."""
         self.log.info(f"{self.agent} {event}")
         if self._world is not None:
             # a single write in append mode, because several robots write at the same time

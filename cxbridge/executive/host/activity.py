@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def executing_rule_name(env: ClipsEnvironment) -> str:
-    """Return the rule whose right-hand side is active, or ``MATCHING``; empty if no rule is active.
+    """Return the rule whose right-hand side is active, or ``(matching)``; empty if no rule is active.
 
     Callable from any thread.
     """

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
 _EQUALITY_TERM_COUNT: Final = 2
-# The maximum depth of a condition; deeper formulas are left out. The recursion needs a bound, because agents
-# assert such facts, too.
-_MAX_DEPTH: Final = 50
+# The maximum number of ids above a parent whose formulas are read; deeper formulas are left out. The
+# recursion needs a bound, because agents assert such facts, too.
+_MAX_ANCESTOR_COUNT: Final = 50
 
 Slots = Mapping[str, "Value"]
 
@@ -58,10 +58,10 @@ class FormulaMaker:
     def _parts_of(self, parent: str, ancestors: tuple[str, ...]) -> list[Formula]:
         """Return the formulas and atoms that are part of a parent.
 
-        :param ancestors: the ids above the parent, to end cycles.
+        :param ancestors: the ids above the parent, to end cycles and to limit the depth.
         """
         atoms = [make_atom(slots) for slots in self._atoms.get(parent, ())]
-        if parent in ancestors or len(ancestors) > _MAX_DEPTH:
+        if parent in ancestors or len(ancestors) > _MAX_ANCESTOR_COUNT:
             return atoms
         inner_ancestors = (*ancestors, parent)
         return [

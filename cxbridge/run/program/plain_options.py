@@ -25,7 +25,8 @@ def options_from_keywords(
 
     :param resolve_path: makes the path of an option from a string or a path, either of which may be relative.
     :param options: the values by name; None counts as missing.
-    :raises CxbridgeError: if an option is unknown, or the value of a path option is not a path.
+    :raises CxbridgeError: if an option is unknown, or an option for several paths has a value that is not a
+        path.
     """
     values = {name: value for name, value in {"scenario": scenario, **options}.items() if value is not None}
     values["plugin_groups"] = (*values.get("plugin_groups", ()), *take_plugin_options(values, resolve_path))
@@ -49,8 +50,13 @@ def take_plugin_options(
         type_hints = get_type_hints(group_class)
         options = {name: values.pop(name) for name in type_hints if name in values}
         for name, value in options.items():
-            # a plug-in's path option has the type `Path | None`, since it may be left out
-            if value and Path in get_args(type_hints[name]):
+            is_tuple, has_paths = get_origin(type_hints[name]) is tuple, Path in get_args(type_hints[name])
+            if is_tuple and has_paths:
+                options[name] = _convert_paths(name, value, resolve_path)
+            elif is_tuple and isinstance(value, str):
+                options[name] = (value,)
+            # an option for a single path has the type `Path | None`, since it may be left out
+            elif value and has_paths:
                 options[name] = resolve_path(value)
         if options:
             yield group_class(**options)
@@ -96,7 +102,7 @@ def _fits(value: object, type_hint: Any) -> bool:
     """Return whether a JSON value has the type of an option.
 
     A string fits a string, a path and a tuple; the string becomes the only element of the tuple. A list of
-    strings fits a tuple. A number fits any number.
+    strings fits a tuple. A bool fits a bool, any other number fits any number.
     """
     types = {get_origin(member) or member for member in _union_members(type_hint)}
     if isinstance(value, str):

@@ -67,7 +67,9 @@ class EstimatorSettings:
         """
         speed = config.get_float(f"{prefix}/speed", default=1.0)
         if not 0 < speed < math.inf:
-            raise invalid_value_error(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
+            raise invalid_value_error(
+                config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0 and finite"
+            )
         return cls(
             whitelist=read_patterns(config, f"{prefix}/whitelist"),
             blacklist=read_patterns(config, f"{prefix}/blacklist"),

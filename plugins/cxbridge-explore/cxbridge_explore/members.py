@@ -1,4 +1,4 @@
-"""The members that this plug-in adds to the pytest fixture: ``cx.explore`` and ``run.assert_properties``."""
+"""Members that this plug-in adds: ``explore`` of the pytest fixture, ``assert_properties`` of its runs."""
 
 from __future__ import annotations
 
@@ -67,6 +67,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     :param properties: properties, names of built-in properties, or forms. They are watched from this call on.
     :param timeout: the limit of the run's clock in seconds.
     :raises AssertionError: if a property is violated.
+    :raises ConfigError: if a text is neither a built-in property nor a form.
     """
     assembly = run.assembly
     watch = PropertyWatch(

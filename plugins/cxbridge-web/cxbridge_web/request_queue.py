@@ -18,12 +18,13 @@ from cxbridge_web.endpoint import ApiError
 
 MAX_WAITING_REQUESTS: Final = 64  # further requests are refused, since each request waits for all before it
 
-MAX_SHARE: Final = 0.1  # largest share of the main loop's time for the web server
+# The largest share of the main loop's time for the web server, while pauses are shorter than MAX_PAUSE_S.
+MAX_SHARE: Final = 0.1
 
 # The longest pause after requests; without a limit, a reset of two seconds would delay clients by 18 s.
 MAX_PAUSE_S: Final = 1.0
 
-# The time after which no further request begins in the same loop: a seventh of the default period.
+# The time after which no further request begins in the same loop: about a seventh of the default period.
 MAX_ROUND_S: Final = 0.005
 
 
@@ -82,8 +83,8 @@ class RequestQueue:
     def poll(self) -> None:
         """Carry out waiting requests until :data:`MAX_ROUND_S` has passed.
 
-        Called once a loop by the main loop's thread. A request that has begun is not interrupted between its
-        pieces, so a long piece exceeds the limit; a pause follows.
+        Called once a loop by the main loop's thread. A plain function and a piece of a request are not
+        interrupted, so a long one exceeds the limit. A pause follows in any case.
         """
         if not self._requests:
             return

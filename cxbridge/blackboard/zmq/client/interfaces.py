@@ -1,8 +1,8 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
-The receiving thread handles frames; any thread may write and send requests. The lock guards the tables. Under
-the sender's lock, a write is either sent or kept in ``_unsent_copies``, so that a new session misses no
-write.
+The receiving thread handles frames; any thread may write and send requests. The lock guards the tables,
+except in single look-ups. Under the sender's lock, a write is either sent or kept in ``_unsent_copies``, so
+that a new session misses no write.
 """
 
 from __future__ import annotations

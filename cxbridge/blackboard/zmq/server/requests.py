@@ -109,7 +109,7 @@ class RequestHandler:
         check_client_limits(session.instances.values(), schema)
         if frame.writer:
             self._rights.check_writer(f"{frame.type}::{frame.id}")
-        # before the opening, which would create the interface in the version of an outdated client
+        # before the opening, so that a refused client leaves no open instance
         if not accepts_hash(schema, frame.hash) or schema.datasize != frame.size:
             raise VersionMismatchError(f"{frame.type}::{frame.id}", schema.hash, frame.hash)
         if frame.writer:
@@ -254,7 +254,7 @@ class RequestHandler:
         self.deliveries.start(session, frame, on_outcome, time.monotonic() + self._delivery_timeout_s)
 
     def _emit_message(self, sender: Interface, message: Message, outcome: str) -> None:
-        """Emit the event of a message between clients."""
+        """Emit the event of a client's message that no writer of this process receives."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
     def _deliver_message(self, writer: Interface, message: Message, on_outcome: OutcomeCallback) -> None:

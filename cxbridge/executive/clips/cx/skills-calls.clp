@@ -14,7 +14,8 @@
   ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC* = 3) ; between two requests for control
 
 (deftemplate skill "A call of a skill."
-  (slot id                  ; <name>-<msgid>; of other skillers <name>-<skiller>-<msgid>
+  (slot id                  ; <name>-<msgid>; of other skillers <name>-<skiller>-<msgid>; a name from
+                            ; gensym* after <name> without a skill string
     (type SYMBOL))
   (slot name                ; of the action
     (type SYMBOL))

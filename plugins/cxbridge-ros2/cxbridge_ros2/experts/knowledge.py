@@ -293,7 +293,8 @@ class ProblemExpert:
     def is_satisfied(self, goal: Formula) -> bool:
         """Return whether a formula is true now.
 
-        :raises PddlError: if a name in the formula is unknown.
+        :raises PddlError: if a name in the formula is unknown, or the formula has a quantifier and there is
+            no domain.
         """
         self.check_names(goal)
         predicates, functions = set(self.knowledge.predicates), self.knowledge.functions

@@ -66,9 +66,9 @@ export function open(root, app) {
     page.show(items, log.length, "Nothing logged yet");
     if (mustFollow) list.toEnd();
   }
-  /** Choose the last line at or before a moment of a live run. */
+  /** Choose the last line at or before a moment of a live run, or else the first line. */
   function toMoment(time) {
-    const line = time !== null && (list.items.findLast((each) => each.time <= time) || list.items[0]);
+    const line = time !== null && (list.items.findLast((item) => item.time <= time) || list.items[0]);
     if (!line || app.recording) return;
     list.mark(String(line.number), true);
     choose(line);
