@@ -39,7 +39,7 @@ class Connections(Protocol):
         """Create a peer that sends to an address and receives on a port.
 
         :param recv_port: the receiving port; below 1 for the same port as ``send_port``.
-        :param secret: the secret for encryption; empty for unencrypted messages.
+        :param secret: the secret for encryption; with an empty secret or cipher, messages are unencrypted.
         :returns: the id of the peer, or 0 if ``send_port`` is below 1.
         :raises ProtobufError: if the peer cannot be created.
         """
@@ -49,6 +49,8 @@ class Connections(Protocol):
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption.
+
+        Unknown ids are ignored.
 
         :raises ProtobufError: if the cipher is unknown.
         """

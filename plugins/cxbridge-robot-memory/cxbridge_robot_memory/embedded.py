@@ -1,7 +1,8 @@
 """The store in this process: documents in memory, optionally persistent in a file.
 
 Each write of a document has the same steps: check the document, write the file, change the memory, report the
-change. After an error in one of the first two steps, the memory has the document as before.
+change. A deletion omits the check. After an error in one of the first two steps, the memory has the document
+as before.
 """
 
 from __future__ import annotations

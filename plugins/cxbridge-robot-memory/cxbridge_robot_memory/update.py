@@ -66,7 +66,7 @@ class Update:
     """An update.
 
     :param changes: operators, or plain fields to set.
-    :raises QueryError: if an operator needs MongoDB, an operand is invalid, or paths conflict.
+    :raises QueryError: if an operator or path needs MongoDB, a path or operand is invalid, or paths conflict.
     """
 
     def __init__(self, changes: Mapping[str, Any]) -> None:
@@ -103,7 +103,7 @@ class Update:
         :raises QueryError: if the equalities conflict, or as in :meth:`apply`.
         """
         query_document: Document = {}
-        # by path, as in `__init__`; values may have no order
+        # only by path, since values may have no order
         for path, value in sorted(equalities(query), key=lambda equality: equality[0]):
             _set_value(query_document, path, value)
         changed_document = self.apply(query_document, now)

@@ -78,7 +78,7 @@ def make_graph(
     :param subject: a skill, or :data:`DEPENDENCIES`.
     :param folders: see :func:`cxbridge.skiller.make.skill_folders`.
     :param space: the skill space, whose skills are loaded.
-    :raises SkillerError: if the skill does not exist.
+    :raises SkillerError: if the skill does not exist, or has no state machine.
     :raises CxbridgeError: if the skills cannot be loaded.
     """
     from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415 - loads Lua
@@ -93,7 +93,7 @@ def make_graph(
         if not exists:
             is_skill = subject in skiller.skills
             raise SkillerError(
-                f"skill '{subject}' has no state machine"
+                f"in the skill space '{space}', skill '{subject}' has no state machine"
                 if is_skill
                 else f"there is no skill '{subject}' in the skill space '{space}'",
                 hint=f"its skills are: {', '.join(sorted(skiller.skills))}",

@@ -75,8 +75,8 @@ def _relax_action(action: ActionSchema) -> ActionSchema:
 def _relax_formula(formula: Formula, changed_predicates: Collection[str] = ()) -> Formula:
     """Return a formula without times and numbers: a part whose truth depends on a number is true.
 
-    :param changed_predicates: the predicates that the action of the formula changes. A condition of the
-        action after its start may become true by its own effects, and so counts as true.
+    :param changed_predicates: the predicates that the action of the formula changes. A condition after the
+        action's start that has such a predicate may become true by the action itself, and so counts as true.
     """
 
     def relax(part: Formula) -> Formula:

@@ -86,7 +86,7 @@ class PlannerProcess:
         """Kill the process and its children."""
         self.is_killed = True
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
-            self._process.kill()  # Windows has no process groups; a planner's children end by themselves
+            self._process.kill()  # Windows has no killpg(); a planner's children end by themselves
             return
         with suppress(ProcessLookupError):  # the process group may have ended
             os.killpg(self._process.pid, signal.SIGKILL)

@@ -35,7 +35,7 @@ def to_bson(value: Any) -> Any:
 
 
 def from_bson(value: Any) -> Any:  # noqa: PLR0911 - one return for each type
-    """Return a value of pymongo as a document's value. Values of pymongo's own types are unchanged."""
+    """Return a value of pymongo as a document's value. Types without a counterpart are unchanged."""
     match value:
         case dict():
             return {name: from_bson(item) for name, item in value.items()}
@@ -56,7 +56,7 @@ def from_bson(value: Any) -> Any:  # noqa: PLR0911 - one return for each type
 def encode_dump(documents: list[Document]) -> bytes:
     """Return documents in mongodump's format.
 
-    :raises QueryError: if a value is not a document.
+    :raises QueryError: if BSON cannot represent a document.
     """
     try:
         return b"".join(bson.encode(to_bson(document), codec_options=CODEC) for document in documents)

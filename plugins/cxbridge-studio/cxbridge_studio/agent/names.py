@@ -59,7 +59,7 @@ class Name(NamedTuple):
     """A name in the files of an agent.
 
     :param owner: the template of a slot, the action of a PDDL parameter, the skill of an argument, or the
-        interface of a field; empty for other kinds, and if the owner is unknown.
+        interface of a field or message; empty for other kinds, and if the owner is unknown.
     """
 
     kind: NameKind
@@ -93,8 +93,8 @@ class Piece(Struct, frozen=True, dict=True):
     A piece does not contain its position in the file, so that a change elsewhere in the file leaves the piece
     valid.
 
-    :param keyword: the first word of a construct, section or command, such as ``defrule`` or ``:action``; the
-        sort of file, such as ``skill``, if the file is read as a whole.
+    :param keyword: the first word of a construct, section or command, such as ``defrule`` or ``:action``, and
+        empty if the list has none; the sort of file, such as ``skill``, if the file is read as a whole.
     :param name: the name of the piece itself; None if it has none. A piece without a name may define names,
         as ``defglobal`` does.
     :param text: the source text.

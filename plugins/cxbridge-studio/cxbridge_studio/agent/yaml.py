@@ -1,4 +1,4 @@
-"""Reads the names in YAML configurations: files, features, interfaces, actions and their skills."""
+"""Reads the names in YAML configurations: specs, files, features, interfaces, actions, skills."""
 
 from __future__ import annotations
 

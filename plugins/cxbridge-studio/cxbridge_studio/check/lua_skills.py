@@ -27,7 +27,7 @@ INTERFACE_METHODS: Final = frozenset(
 """The methods of each interface in Lua, besides the methods of its fields."""
 
 # An entry such as `hand = hand`, of a closure, binds the name to the same value, so it does not count.
-# The repetitions are bounded or possessive, so that the time for a long text is linear.
+# Repetitions before a required sign are bounded, possessive or of one word: the time for a text is linear.
 _BINDING: Final = re.compile(
     r"\b(?:local|for)[ \t]++(?!function)([\w \t,]+)"
     r"|\bfunction\b[^()]{0,99}\(([^)]{0,999})\)"

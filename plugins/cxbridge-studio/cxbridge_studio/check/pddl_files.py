@@ -20,7 +20,7 @@ PDDL_SUFFIX: Final = ".pddl"
 
 
 def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
-    """Return the findings for a PDDL file; the findings for a problem include those for its domain.
+    """Return the findings for a PDDL file; for a problem, also errors in its domain and doubts about it.
 
     :param text: the text to check instead of the file's content.
     :param fawkes_compat: see :func:`~cxbridge.executive.pddl.parse_domain`.

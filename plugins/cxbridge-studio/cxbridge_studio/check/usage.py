@@ -64,7 +64,7 @@ class FactUse:
     field_counts: tuple[int, float] | None = None
 
     def can_match(self, fact: FactUse, defaults: Mapping[str, str]) -> bool:
-        """Return whether this pattern can match an asserted fact.
+        """Return whether the slots of this pattern can match those of an asserted fact of its template.
 
         :param defaults: the default words of slots that the fact may omit. Other omitted slots can have any
             word.

@@ -127,7 +127,7 @@ class DebuggedAgent:
 class StoppedEnvironment:
     """The environment of an agent whose rules are stopped.
 
-    :ivar firing: the current rule; None between two loops.
+    :ivar firing: the current rule; None if the stop concerns no next rule, and no rule has fired yet.
     :ivar event: the transition that caused the stop; None if the stop has another cause.
     """
 

@@ -1,4 +1,4 @@
-"""The phases of a debug session, and the requests that are valid in each."""
+"""The phases of a debug session, and the check that a request is valid in the current phase."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ AFTER_LAUNCH: Final = AFTER_INITIALIZE & ~SessionPhase.READY  # any phase after 
 # the reasons of the errors about invalid requests, by the current phase
 _PHASE_ERRORS: Final = {
     SessionPhase.NEW: "a session begins with the request 'initialize'",
-    SessionPhase.READY: "nothing has been launched",
+    SessionPhase.READY: "the next step is the request 'launch'",
     SessionPhase.LAUNCHED: "the run begins with the request 'configurationDone'",
-    SessionPhase.RUNNING: "nothing is stopped",
-    SessionPhase.STOPPED: "the run is stopped already",
+    SessionPhase.RUNNING: "the run is going on",
+    SessionPhase.STOPPED: "the run is stopped",
     SessionPhase.OVER: "the run is over",
 }
 

@@ -86,7 +86,7 @@ def _find_fact(facts: Iterable[Mapping[str, str]], **values: str) -> Mapping[str
 
 
 def _describe_failed_skill(find_facts: FactLookup, action: Mapping[str, str], action_key: ActionKey) -> str:
-    """Return the failure of an action's skill; empty if the skill has not failed."""
+    """Return the failure of an action's skill; empty unless the state is EXECUTION-FAILED."""
     if action.get("state") != "EXECUTION-FAILED":
         return ""
     goal_id, plan_id, action_id = action_key

@@ -20,7 +20,7 @@ _TIME_WIDTH: Final = 11  # the columns before an event's text: 9 of the time, an
 # causes, and the root cause says more than what the goal waits for.
 _OMITTED_END: Final = re.compile(r"(; before that, it was [^:]*?)?(, and waits.*)?$")
 _WHY_RULE: Final = " ('cxbridge why RULE' explains each)"  # a hint for people; the page has links instead
-_MAX_HEADLINE_CAUSES: Final = 3  # limit of the causes in a headline, counted from the root cause
+_MAX_HEADLINE_CAUSES: Final = 3  # limit of the causes after the first cause in a headline
 
 
 def explain_goals(evidence: Evidence, name: str, rule_count: int) -> Explanation:
@@ -118,14 +118,14 @@ def make_blocker_headline(story: GoalStory) -> str:
 
 
 def _make_cause_headline(cause: Cause) -> str:
-    """Return a cause in one line, with the causes that lead to its root."""
+    """Return a cause in one line, with the last causes on the way to its root cause."""
     texts = [deeper_cause.text for deeper_cause in _find_cause_path(cause)]
     *effect_texts, root_text = [cause.text, *texts[-_MAX_HEADLINE_CAUSES:]]
     return ": ".join([*(_OMITTED_END.sub("", text) for text in effect_texts), root_text])
 
 
 def _find_cause_path(cause: Cause) -> list[Cause]:
-    """Return the causes up to the most certain root cause; without a root cause the first of each level."""
+    """Return the causes below a cause, of each level the most certain, down to the last root cause if any."""
     deeper_cause = max(cause.because, key=lambda reason: reason.certainty, default=None)
     if deeper_cause is None or (cause.root and not deeper_cause.certainty):
         return []

@@ -23,7 +23,7 @@ _CHANGED_FACT = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
 class CursorContext(Struct, frozen=True):
     """The context of a cursor.
 
-    :param word: the part of the word before the cursor.
+    :param word: the part of the word before the cursor; in a string, the text from its quote to the cursor.
     :param heads: the heads of the enclosing lists, innermost first, without a list whose head is at the
         cursor.
     :param is_at_head: whether the word is the head of its list.
@@ -75,7 +75,7 @@ def find_context(file: SourceFile, offset: int) -> CursorContext | None:
 def _find_enclosing_template(text: str, heads: tuple[str, ...], starts: list[int]) -> tuple[str, int]:
     """Return the template and the start of the fact or pattern that encloses the end of a text.
 
-    The result is an empty template and 0 outside of facts and patterns.
+    The template is empty if it is unknown, and outside of facts and patterns.
 
     :param heads: the heads of the lists that enclose the end of the text, innermost first.
     :param starts: the offsets of these lists, in the same order.

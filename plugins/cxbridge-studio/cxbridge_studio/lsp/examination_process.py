@@ -66,7 +66,7 @@ def examine(options: RunOptions) -> AgentKnowledge:
 
 
 def count_firings(recording: Path) -> dict[str, int]:
-    """Return the number of firings by rule in a recording; empty if the recording cannot be read."""
+    """Return the number of firings by rule in a recording; only those before its first error."""
     recorded_use = RecordedUse()
     with suppress(CxbridgeError, OSError):
         recorded_use.add(open_run(recording), ENVIRONMENT)

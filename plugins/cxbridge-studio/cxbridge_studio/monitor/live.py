@@ -302,7 +302,7 @@ class _FactSearch:
         """Continue the search for a while.
 
         :param request_facts: sends a request for further facts and returns the reply.
-        :returns: the facts found so far, or the last complete result if it has more facts.
+        :returns: the facts found so far, or the last complete result if it has as many.
         """
         begin_s = time.monotonic()
         if (query.env, query.filter_text) != self._query:

@@ -298,7 +298,7 @@ class MonitorApp(App[None]):
         return isinstance(self.focused, Input)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 - as in the base class
-        """Return whether an action is enabled: the prompt gets the scrubbing keys while it has the focus."""
+        """Return whether an action is enabled: while a user types, keys of commands belong to the prompt."""
         return not (action == "do" and self._is_typing)
 
     def action_do(self, command: str) -> None:

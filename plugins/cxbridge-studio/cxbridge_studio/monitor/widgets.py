@@ -1,7 +1,7 @@
 """The widgets of the monitor's screen: the tree of goals, tables, and the log.
 
-The monitor shows a new snapshot several times a second. Each widget updates only what differs from the
-previous snapshot, so that the cursor and the scroll position stay, and the terminal does not flicker.
+The monitor shows a new snapshot several times a second. A widget whose content is the same is not rebuilt, so
+that the terminal does not flicker. A rebuilt tree or table restores its cursor and scroll position.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ GoalKey = tuple[str, str]  # the environment and the id of a goal; an empty id m
 
 
 class GoalTree(Tree[GoalKey]):
-    """The tree of goals. It is rebuilt only if goals are added, removed or moved."""
+    """The tree of goals. It is rebuilt only if goals are added, removed or moved, or change their class."""
 
     def __init__(self) -> None:
         super().__init__("goals", id="goals")

@@ -58,7 +58,7 @@ class InterfaceData(Model, kw_only=True):
     timestamp: str
 
 
-# as in Fawkes, the graph of the blackboard has this kind, too
+# as in Fawkes, the graph of the blackboard has the same model as that of the transforms
 class TransformsGraph(Model, kw_only=True):
     """A graph in the dot language."""
 

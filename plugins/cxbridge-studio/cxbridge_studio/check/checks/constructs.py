@@ -56,7 +56,8 @@ WRONG_ARGUMENTS: Final = Code(
     "CX206",
     Severity.ERROR,
     "wrong number or type of arguments",
-    "The function needs arguments of another number or of other types. CLIPS drops the construct.",
+    "The function needs arguments of another number or of other types, or the slot needs exactly one value. "
+    "CLIPS drops the construct.",
 )
 UNBOUND_VARIABLE: Final = Code(
     "CX207",
@@ -156,14 +157,14 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
             else _find_word(construct, diagnostic)
         )
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
-    name = "" if word is None else word.text
+    name = "" if word is None or word.items is not None else word.text
     # CLIPS reports an undefined global variable in a condition as a variable without a value.
     if code is UNKNOWN_GLOBAL or (code is UNBOUND_VARIABLE and name.startswith("?*")):
-        message = f"{prefix}there is no global variable {name}"
+        message = f"{prefix}there is no global variable {name}".rstrip()
         return Finding(UNKNOWN_GLOBAL, place, message, _make_global_hint(agent, name))
     if code is UNKNOWN_FUNCTION:
         message = f"{prefix}there is no function '{name}'"
-        return Finding(code, place, message, _make_function_hint(agent, name))
+        return Finding(code, place, message, _make_function_hint(agent, file, name))
     if code is UNKNOWN_SLOT:
         # Some messages of CLIPS quote fewer names: the missing names are empty.
         slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]
@@ -203,7 +204,7 @@ def _find_facts(construct: Definition) -> list[SyntaxNode]:
 def _explain_missing_slots(
     agent: Agent, file: ClipsFile, construct: Definition, prefix: str
 ) -> Finding | None:
-    """Return the finding for the first pattern or fact without slots whose deftemplate has slots.
+    """Return the finding for the first pattern or fact with fields outside of its deftemplate's slots.
 
     Return None if there is none.
     """
@@ -301,9 +302,9 @@ def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, drop
 
 
 def _find_unknown_template(agent: Agent, file: ClipsFile, construct: Definition) -> SyntaxNode | None:
-    """Return the first pattern with slots whose deftemplate CLIPS lacked when it loaded the construct.
+    """Return the first pattern with slots that has no deftemplate, or only that of a late interface.
 
-    Return None if CLIPS had all deftemplates.
+    Return None if there is none. A deftemplate that a later file defines counts, too.
     """
     late_interfaces = {name for name, paths in agent.late_interfaces.items() if file.path in paths}
     templates = agent.deftemplates - late_interfaces | {OBJECT}
@@ -311,12 +312,14 @@ def _find_unknown_template(agent: Agent, file: ClipsFile, construct: Definition)
     return next((ce.node for ce in slotted_patterns if without_module(ce.template) not in templates), None)
 
 
-def _make_function_hint(agent: Agent, name: str) -> str:
-    """Return the file or feature with an unknown function, or a similar name; empty without either."""
+def _make_function_hint(agent: Agent, file: ClipsFile, name: str) -> str:
+    """Return where an unknown function is defined, or a similar name; empty without either."""
     functions = ("deffunction", "defgeneric")
-    for file in agent.files:
-        if any(definition.kind in functions and definition.name == name for definition in file.constructs):
-            return f"{file.path.name} defines it, and is loaded later: load it earlier"
+    for source in agent.files:
+        if any(definition.kind in functions and definition.name == name for definition in source.constructs):
+            if source is file:
+                return "it is defined later in this file: define it earlier"
+            return f"{source.path.name} defines it, and is loaded later: load it earlier"
     if feature := agent.find_feature(name):
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
     return did_you_mean(name, _find_defined_names(agent, *functions, "defmethod"))
@@ -325,14 +328,18 @@ def _make_function_hint(agent: Agent, name: str) -> str:
 def _find_unknown_global(agent: Agent, construct: Definition) -> SyntaxNode:
     """Return the first undefined global variable of a construct: CLIPS' message does not name it.
 
-    Return the construct if all its global variables are defined.
+    If all are defined by now, return the only global variable, or of several the construct.
     """
     defined_globals = set(map(without_module, agent.eval_words("(get-defglobal-list *)")))
-    globals_ = (node for node in construct.node.walk() if node.text.startswith(("?*", "$?*")))
-    return next((node for node in globals_ if node.text.strip("$?*") not in defined_globals), construct.node)
+    globals_ = [node for node in construct.node.walk() if node.text.startswith(("?*", "$?*"))]
+    fallback = globals_[0] if len({node.text for node in globals_}) == 1 else construct.node
+    return next((node for node in globals_ if node.text.strip("$?*") not in defined_globals), fallback)
 
 
 def _make_global_hint(agent: Agent, variable: str) -> str:
-    hint = did_you_mean(variable.strip("$?*"), agent.model.find_names(NameKind.GLOBAL, Use.DEFINED))
+    name, names = variable.strip("$?*"), agent.model.find_names(NameKind.GLOBAL, Use.DEFINED)
+    if name in names:
+        return "its defglobal comes later, or CLIPS drops it"
+    hint = did_you_mean(name, names)
     # The model has the names of global variables without their asterisks.
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)

@@ -73,9 +73,10 @@ class MatchFailure:
     :param text: the conditional element.
     :param reason: the reason, in a sentence.
     :param near: the facts that match the most slots of a pattern.
-    :param facts: the facts that match a ``not`` or violate a ``forall``.
+    :param facts: the first facts that match a ``not`` or violate a ``forall``; for a ``not``, ``and more`` at
+        the end stands for further facts.
     :param values: the values for which a ``test`` is false.
-    :param inner: the failures of parts: the branches of an ``or``, the content of an ``exists``.
+    :param inner: the failures of the branches of an ``or``.
     """
 
     kind: str

@@ -1,7 +1,7 @@
 """Finds the rules that an agent's files define and its environment lacks, with the reasons.
 
-CLIPS refused such a rule, an unclosed parenthesis before the rule swallowed it, or the spec does not load the
-file.
+CLIPS refused such a rule, an unclosed parenthesis before the rule swallowed it, the rule was undefined later,
+or the file is not loaded.
 """
 
 from __future__ import annotations
