@@ -146,7 +146,7 @@ class ConfigLoader:
                 )
             if item.tag and item.tag not in INCLUDE_TAGS:
                 raise unknown_tag_error(item.tag, item.mark)
-            # no path has a NUL: Python would raise ValueError
+            # a NUL ends a name for the system, and Python would raise ValueError: such a name counts as empty
             if not item.text or item.is_null or "\0" in item.text:
                 raise item.mark.error("the include is empty", "name a file or a folder")
             self._queue_include(item, queued_file)

@@ -66,8 +66,9 @@ class HistoryLimits:
     :param max_actions: the maximum number of plan-actions.
     :param max_calls: the maximum number of calls of skills, and of planners.
     :param max_transitions: the maximum number of transitions of goals and plan-actions; beyond this
-        number only the first and the last transition of each goal and plan-action are kept.
-    :param max_text_length: the maximum number of characters of an error or a skill string.
+        number a transition replaces the last one of its goal or plan-action, but never the first.
+    :param max_text_length: the maximum number of characters of a goal's error, a skill string, or the text
+        of a call of a planner.
     """
 
     max_goals: int = 10_000

@@ -106,7 +106,10 @@ class ExchangeReader:
         self._early_replies: dict[_Ticket, list[InterfaceMessage]] = {}
 
     def read(self, events: Iterable[Event]) -> Iterator[_MasterMessage]:
-        """Yield each message with the name of its master. Refused messages are left out."""
+        """Yield each message with the name of its master, a REQUEST to several executors once.
+
+        Refused messages are left out.
+        """
         for event in events:
             if isinstance(event, InterfaceMessage):
                 yield from self.read_message(event)
@@ -114,7 +117,10 @@ class ExchangeReader:
             yield from (self._make_message(ticket, reply) for reply in replies)
 
     def read_message(self, event: InterfaceMessage) -> Iterator[_MasterMessage]:
-        """Yield a message; after a REQUEST, also the replies that were recorded before the REQUEST."""
+        """Yield a message; after a REQUEST, also the replies that were recorded before the REQUEST.
+
+        Yield nothing for a refused message, an early reply, and the same REQUEST to another executor.
+        """
         ticket = None if event.outcome == _REFUSED else _read_ticket(event)
         if ticket is None:
             return

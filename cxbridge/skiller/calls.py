@@ -93,7 +93,7 @@ class SkillerCall(Closing):
         :param timeout_s: seconds of real time; None: no limit.
         :raises BlackBoardError: if a message cannot be sent.
         """
-        result = self._run_steps(self._execution_steps(skill_string), Deadline(timeout_s))
+        result = self._complete(self._execution_steps(skill_string), Deadline(timeout_s))
         if result is None:
             self.stop()
             return SkillResult(CallOutcome.TIMED_OUT, f"not finished after {timeout_s:g} s", self._msgid)
@@ -126,7 +126,7 @@ class SkillerCall(Closing):
         :raises SkillerError: if another client has control, or the Skiller does not grant control.
         :raises BlackBoardError: if a message cannot be sent.
         """
-        refusal = self._run_steps(self._control_steps(), Deadline(None))
+        refusal = self._complete(self._control_steps(), Deadline(None))
         if refusal:
             raise SkillerError(refusal)
         skip_stale_ids(self._interface, may_control=True)
@@ -153,7 +153,7 @@ class SkillerCall(Closing):
             pass  # the Skiller has just ended
         self._feed.close()
 
-    def _run_steps(self, steps: _Steps[ResultT], deadline: Deadline) -> ResultT | None:
+    def _complete(self, steps: _Steps[ResultT], deadline: Deadline) -> ResultT | None:
         """Feed interface changes to the steps; return their result, or None after the deadline."""
         try:
             limit = next(steps)

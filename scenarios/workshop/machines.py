@@ -22,11 +22,11 @@ _CHECK_S = 1.0  # time that the referee needs to check a piece
 
 @dataclass
 class Order:
-    """An order. Times are seconds since the begin of the production.
+    """An order. Times are seconds since the start of the production.
 
     :param coats: the colours in the order of painting.
     :param announced: the time at which the referee announces the order.
-    :param begin: the begin of the window in which the delivery is in time; ``end`` is its end.
+    :param begin: the start of the window in which the delivery is in time; ``end`` is its end.
     """
 
     number: int
@@ -209,30 +209,29 @@ class Counter(Machine):
     def _judge(self, order: Order, piece: str) -> None:
         """Give the points for a piece.
 
-        :raises SkillFailedError: if the game is over, the order was delivered before, or the piece is wrong.
+        :raises SkillFailedError: outside the production, if the order was delivered before, or the piece is
+            wrong.
         """
         state, now_s = self._states[order.number - 1], self._production_s
         if self._game.phase != self._game.Phase.PRODUCTION:
-            raise SkillFailedError("the game is over")
+            raise SkillFailedError(f"the game is in {self._game.phase.name}, not in production")
         if state.delivered > 0:
             raise SkillFailedError(f"{order.name} was delivered before")
         if piece != order.piece:
             raise SkillFailedError(f"{order.name} is {order.piece}, not {piece or 'nothing'}")
-        is_in_time = order.begin <= now_s <= order.end
+        punctuality = "early" if now_s < order.begin else "late" if now_s > order.end else "in time"
         state.delivered = now_s
-        state.points = POINTS * (1 + len(order.coats)) + (IN_TIME if is_in_time else 0)
-        state.reason = f"{order.piece} {'in time' if is_in_time else 'late'}"
+        state.points = POINTS * (1 + len(order.coats)) + (IN_TIME if punctuality == "in time" else 0)
+        state.reason = f"{order.piece} {punctuality}"
         state.write()
         self._game.deliveries += 1
         self._game.points += state.points
         self._game.write()
-        self.log.info(
-            f"{order.name} is delivered {'in time' if is_in_time else 'late'}: {state.points} points"
-        )
+        self.log.info(f"{order.name} is delivered {punctuality}: {state.points} points")
 
     @property
     def _production_s(self) -> float:
-        """The seconds since the begin of the production; negative before it."""
+        """The seconds since the start of the production; negative before it."""
         return (self.clock.now_us() - self._begin_us) / MICROSECONDS
 
     def _referee(self) -> None:

@@ -1,6 +1,6 @@
 """The commands of `cxbridge`, each in a module that is imported when the command is used.
 
-A module ``NAME.py`` has either a function ``NAME``, the command, or a :class:`typer.Typer` ``app``, a group
+A module ``NAME`` has either a function ``NAME``, the command, or a :class:`typer.Typer` ``app``, a group
 of commands.
 """
 

@@ -126,5 +126,5 @@ def _clips_constant(name: str) -> Value:
     Agents write ``(domain-object (name 1))`` with a number, which must equal the name. ``01`` stays a symbol,
     because CLIPS would print 1.
     """
-    number = clips_scalar(name)
-    return number if str(number) == name else Symbol(name)
+    constant = clips_scalar(name)
+    return constant if str(constant) == name else Symbol(name)

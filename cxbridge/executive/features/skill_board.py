@@ -109,7 +109,7 @@ class SkillBoard(Protocol):
         """
 
     def cancel(self, number: int) -> bool:
-        """Cancel an action; return whether it was running."""
+        """Cancel an action; return False if it is unknown, over or being cancelled already."""
 
 
 @dataclass
@@ -147,7 +147,7 @@ _TEMPLATES = (
          (slot id (type STRING)) (slot agent (type STRING)) (multislot skills (type SYMBOL))
          (slot state (type SYMBOL) (allowed-values IDLE RESERVED BUSY)))""",
 )
-# the salience lets this rule fire before the rules of the agent, which then match the present state
+# the salience lets this rule fire before rules without a salience, which then match the present state
 _READ_RULE = "(defrule skill-board-read (declare (salience 1000)) (time $?) => (skill-board-read))"
 
 
@@ -286,7 +286,10 @@ class SkillBoardFeature(Feature):
 
 
 def _json_value(value: Value) -> Any:
-    """Return the JSON value of a CLIPS value: TRUE and FALSE become booleans, symbols become strings."""
+    """Return the JSON value of a CLIPS value.
+
+    TRUE and FALSE become booleans, other symbols strings, multifields lists.
+    """
     if isinstance(value, tuple):
         return [_json_value(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):

@@ -108,13 +108,13 @@ class UdfTable:
     ) -> None:
         """Make ``function`` callable from CLIPS as ``name``.
 
+        A revoked function that is defined again keeps its number and types of arguments.
+
         :param minimum: the minimum number of arguments.
         :param maximum: the maximum number of arguments, by default ``minimum``.
         :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"`` means STRING or SYMBOL for
             the first argument, INTEGER for the second, any type for further arguments.
         :raises ValueError: if CLIPS refuses the function, for example because the name is taken.
-
-        A revoked function keeps its number and types of arguments.
         """
         maximum = minimum if maximum is None else maximum
         if name in self._revoked:

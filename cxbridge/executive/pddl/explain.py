@@ -66,7 +66,7 @@ def _make_hint(word: str, expected: frozenset[str]) -> str:
 
     Keywords without a colon, such as ``define`` and ``and``, are left out where other words are permitted.
 
-    :param expected: the permitted terminals.
+    :param expected: the permitted terminals and rules of the grammar.
     """
     words = sorted(
         keyword

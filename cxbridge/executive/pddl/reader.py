@@ -19,7 +19,7 @@ Build = Callable[[Any, list[Any], int], Any]
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
     """A token that the grammar does not permit at its place.
 
-    :param expected: the permitted terminals.
+    :param expected: the permitted terminals; the names of permitted rules of the grammar, too.
     """
 
     def __init__(self, token: Token, expected: frozenset[str]) -> None:

@@ -88,7 +88,7 @@ class Recordings:
         return decisions.end_us + decisions.shift_us if decisions.is_timed else 0
 
     def complete_options(self, options: RunOptions) -> RunOptions:
-        """Return the options; if they name no scenario, with scenario and spec of the recording.
+        """Return the options; if they name no agent, with scenario and spec of the recording.
 
         :raises TraceError: if the recorded scenario is needed, but not shipped with cxbridge.
         """

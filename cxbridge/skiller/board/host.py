@@ -1,8 +1,8 @@
 """An executor's side of the skill board's protocol, which docs/skill-board.md describes.
 
-An idle executor answers REQUEST with RESPONSE and is then reserved, until CONFIRM makes it busy, or REJECT or
-a timeout makes it idle again. A busy executor executes one step of its skill per loop, sends FEEDBACK, and
-ends with FINISH. An executor serves one master at a time, the master of its ticket.
+An idle executor answers REQUEST with RESPONSE and is then reserved, until CONFIRM makes it busy, or REJECT,
+CANCEL or a timeout makes it idle again. A busy executor executes one step of its skill per loop, sends
+FEEDBACK, and ends with FINISH. An executor serves one master at a time, the master of its ticket.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ executor is idle again before the master fails.
 """
 
 _NO_TICKET: Final = Ticket("", 0, 0)
-# The minimum time between two FEEDBACK messages with news: a skill may yield news in each loop.
+# The minimum time between two FEEDBACK messages with news, because a skill may yield news in each loop. Only
+# the second FEEDBACK of a skill may come earlier.
 _FEEDBACK_US: Final = 200_000
 # The time between two FEEDBACK messages without news; well below the default of Timeouts.silence.
 _SIGN_OF_LIFE_US: Final = 1_000_000
@@ -374,7 +375,7 @@ def make_host(
 def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
     """Return the skills of an executor, after a check of their names.
 
-    :raises SkillError: if there are none, or they do not fit into the interface.
+    :raises SkillError: if there are none, or if a name is invalid or the names do not fit into the interface.
     """
     class_name, skills = type(executor).__name__, executor.skills
     if isinstance(skills, str) or not skills:

@@ -111,7 +111,7 @@ class LocalSkillCalls:
         return self._skill_board.request(_to_skill_call(parse_skill_call(skill_string), agent), on_change)
 
     def cancel(self, number: int) -> bool:
-        """Cancel an action; return whether it was running."""
+        """Cancel an action; return False if it is unknown, over or being cancelled already."""
         master = self._skill_board.master(number)
         return master is not None and self._skill_board.cancel(master)
 

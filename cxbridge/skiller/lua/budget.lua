@@ -8,8 +8,9 @@ local limits = core.limits
 
 -- The number of instructions between two checks of the budget (a step), and of steps between two checks of the clock
 local STEP, STEPS_TO_CLOCK = 100, 10
--- A single instruction may copy a large value. Therefore a step has FINE_STEP instructions after a step in which the
--- memory has grown by LARGE_KIB, and each step checks the clock after a total growth by MUCH_KIB.
+-- A single instruction may copy a large value. Therefore, once a step has grown the memory by more than LARGE_KIB, the
+-- steps of the call have FINE_STEP instructions, and check the clock; all steps check the clock after a total growth by
+-- MUCH_KIB.
 local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
 -- The part of a loop's budget that each call gets at least, even after an exhausted budget: enough to reset skills and to
 -- read the reasons of their failures.
@@ -121,7 +122,7 @@ local function traceback(message, level)
     level = (tonumber(level) or 1) + 1
     if not getinfo(DEEP, "l") then return core.traceback(message, level) end
     local lines = {(message and message .. "\n" or "") .. "stack traceback:"}
-    for i = level, level + TOP do
+    for i = level, level + TOP - 1 do
         local frame = getinfo(i, "Sl")
         if frame then lines[#lines + 1] = format("\t%s:%d: in a function", frame.short_src, frame.currentline) end
     end

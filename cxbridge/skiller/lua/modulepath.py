@@ -59,7 +59,9 @@ class ModulePath:
         )
 
     def read(self, module: str) -> tuple[str, str]:
-        """Return the text of a module (one character per byte) and its label for messages.
+        """Return the text of a module and its label for messages.
+
+        The text has a character for each byte, but all line ends are line feeds.
 
         Record the request in :attr:`requested`, and the file in :attr:`files`.
 
@@ -110,8 +112,8 @@ class ModulePath:
 class ModuleWatch:
     """Watches the files of modules, and the candidates of missing modules.
 
-    Polling modification times needs no thread, works on every file system, and concerns only the loaded
-    files, wherever they are.
+    Polling modification times needs no thread, works on every file system, and concerns only the requested
+    modules, wherever they are.
 
     :param interval_s: seconds between two checks.
     :param now: a clock in real seconds, because files change in real time.

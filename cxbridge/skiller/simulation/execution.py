@@ -78,7 +78,7 @@ def _timed_steps(executor: SkillExecutor, call: SkillCall, seconds: float) -> St
 
 
 def _waiting_steps(clock: Clock, seconds: float) -> Steps:
-    """Yield the progress of a waiting skill; at least one step, like all skills."""
+    """Yield the progress of a waiting skill, at least once."""
     start_us, duration_us = clock.now_us(), seconds * MICROSECONDS
     yield 0.0
     while (passed_us := clock.now_us() - start_us) < duration_us:

@@ -75,7 +75,7 @@ class ExplorationProcess:
 
 
 class ForkingChooser:
-    """A chooser that reports each choice point to the coordinator, and forks on the coordinator's orders.
+    """A chooser that reports choice points to the coordinator, and forks on the coordinator's orders.
 
     :param first_reported_index: see :class:`~cxbridge_explore.wire.PlayOrder`.
     :param compute_digest: computes the digest of a state.
@@ -94,7 +94,10 @@ class ForkingChooser:
         self._compute_digest = compute_digest
 
     def choose(self, point: ChoicePoint) -> int:
-        """Return the option in an order; exit if the coordinator orders no option."""
+        """Return the option in an order; exit if the coordinator orders no option.
+
+        Before the first reported choice point, return the usual option.
+        """
         if point.index < self._first_reported_index:
             return USUAL
         try:

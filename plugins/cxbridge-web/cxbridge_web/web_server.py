@@ -1,6 +1,6 @@
 """The web server: a thread that serves HTTP, and its work in the main loop.
 
-A server collects events before it serves, so that clients also get the events since the start of the process.
+A server collects events before it serves, so that clients also get the events before the start of serving.
 """
 
 from __future__ import annotations

@@ -207,7 +207,7 @@ class CommandSender:
         :param timeout_s: the limit in seconds, including the wait for a session.
         :param repeat: whether to send the request again if the session is lost before the reply; only for
             requests that the server may carry out twice.
-        :raises DisconnectedError: if the session is missing for too long, or lost.
+        :raises DisconnectedError: if the session is missing for too long, or is lost and ``repeat`` is False.
         :raises RequestTimeoutError: if no reply comes in time.
         :raises ProtocolError: if the frame cannot be encoded.
         """

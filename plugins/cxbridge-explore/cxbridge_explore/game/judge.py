@@ -77,11 +77,14 @@ class GameWatch:
 
     @property
     def production_seconds(self) -> float:
-        """The duration of the production so far."""
+        """The duration of the production so far; before the production, of the run."""
         return self.seconds_at(self._last_us)
 
     def machine_seconds(self) -> dict[str, dict[str, float]]:
-        """Return the seconds that each machine was in each state in the production, the longest first."""
+        """Return the seconds that each machine was in each state, the longest first, by machine.
+
+        The time counts from the start of the production; before the production, from the start of the run.
+        """
         return {
             name: {state: round(time_us / MICROSECONDS, 1) for state, time_us in counter.most_common()}
             for name, counter in sorted(self._state_times_us.items())

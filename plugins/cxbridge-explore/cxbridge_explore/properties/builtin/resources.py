@@ -43,7 +43,7 @@ class ResourceHolderMonitor(Monitor):
 
 
 class LostResourceMonitor(Monitor):
-    """Checks that no resource is held for a removed goal, and no lock is held at the end."""
+    """Checks that no resource is held for a removed goal, and no lock at the end of a run that is not cut."""
 
     templates = (_GOAL, _REQUEST)
 

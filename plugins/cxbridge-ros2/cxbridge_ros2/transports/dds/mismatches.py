@@ -28,7 +28,7 @@ def format_dds_type(dds_type: str) -> str:
 def describe_mismatch(
     name: str, peer: str, their_type: str, their_hash: str, our_type: TypeName, our_hash: str
 ) -> str:
-    """Return how the types of two endpoints of a topic or service differ; empty if the types are equal.
+    """Return how the types of two endpoints of a topic or service differ; empty without a known difference.
 
     :param name: the topic, service or action.
     :param peer: the kind of the other node's endpoint, such as ``publisher``.

@@ -88,12 +88,12 @@ export class Model {
 
   apply(event) {
     const { kind } = event,
-      handler = this["on_" + kind.replace("-", "_")]; // undefined for kinds without a method here
+      handler = !isUnnamed(event) && this["on_" + kind.replace("-", "_")]; // not for all kinds
     if (event.time_us > this.time) this.time = event.time_us;
     if (!this.isWhole) this.history.apply(event);
     this.step = this.isWhole ? event.step : this.history.steps;
-    if (this.requestCount && (kind === "goal" || kind === "fact")) this.eventsMeanwhile.push(event);
-    if (handler && !isUnnamed(event)) handler.call(this, event);
+    if (handler && this.requestCount && ["goal", "fact"].includes(kind)) this.eventsMeanwhile.push(event);
+    if (handler) handler.call(this, event);
     for (const watcher of this.watchers) watcher(event);
   }
   /** Call a function with each event. Returns a function that ends this. */
@@ -146,7 +146,8 @@ export class Model {
   }
 
   /**
-   * Take the goals of an environment from the API: goals that the API lacks are gone.
+   * Take the goals of an environment from the API: goals that the API lacks are gone, and RETRACTED goals of
+   * other environments.
    * @param now the daemon's clock
    */
   goalsAre(list, env = MAIN_ENV, now = this.time) {

@@ -60,7 +60,7 @@ export class Selection {
       else query.set(name, String(value));
     }
     const queryText = query.toString(),
-      address = (path || "#/") + (queryText && "?" + queryText);
+      address = path + (queryText && "?" + queryText);
     if (address !== location.hash && path) history.replaceState(history.state, "", address);
   }
 

@@ -25,6 +25,7 @@ export class Drawing {
       graphs: [],
       items: [],
       hovered: null,
+      fitted: "", // the size of the canvas to which the map was fitted; "" after a move
       gridStep: 1,
     });
     this.canvas = new Canvas((...args) => this.paint(...args));
@@ -73,7 +74,7 @@ export class Drawing {
   move(dx, dy) {
     this.x -= dx / this.scale;
     this.y += dy / this.scale;
-    this.fitted = ""; // the size of the canvas to which the map was fitted; "" after a move
+    this.fitted = "";
     this.handlers.moved();
     this.canvas.later();
   }
@@ -91,7 +92,7 @@ export class Drawing {
     Object.assign(this, { x, y });
     this.canvas.later();
   }
-  /** Show everything. Returns false if the map has no item, or no size yet. */
+  /** Show all nodes, items and trails. Returns false if there is neither node nor item, or no size yet. */
   fit() {
     const { width, height } = this.canvas,
       nodes = this.graphs.flatMap((graph) => Object.values(graph.nodes)),
@@ -155,7 +156,7 @@ export class Drawing {
     this.paintScale(context, height, colours);
   }
 
-  /** Draw lines at round metres, about 90 pixels apart; the lines through the origin are stronger. */
+  /** Draw lines at round distances, about 90 pixels apart; the lines through the origin are stronger. */
   paintGrid(context, width, height, colours) {
     const step = (this.gridStep = niceStep(width / this.scale, width / 90)),
       [left, top] = this.metres(0, 0),
@@ -240,7 +241,7 @@ export class Drawing {
   paintRobot(context, item, colours) {
     const place = this.at(item.x, item.y),
       [x, y] = place,
-      size = Math.max(10, Math.min(26, 0.16 * this.scale)), // a radius of 16 cm, but always visible
+      size = Math.max(10, Math.min(26, 0.16 * this.scale)), // a radius of 16 cm, but 10 to 26 pixels
       alpha = item.seen ? 1 : 0.45,
       look = { fill: colours.series[item.colourNumber], stroke: colours.back, width: 2, alpha };
     if (item.yaw === null) dot(context, x, y, size * 0.7, look);

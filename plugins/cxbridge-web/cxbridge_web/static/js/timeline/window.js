@@ -111,7 +111,7 @@ export class TimeWindow {
  */
 export function axisStep(timeWindow) {
   const unit = timeWindow.axis === "time" ? 1e6 : 1,
-    // marks have a distance of at least 105 pixels, and there are at least two
+    // marks have a distance of at least 105 pixels, or of half the width if it has less than 210 pixels
     leastStep = (timeWindow.span / unit) * Math.min(0.5, 105 / timeWindow.width),
     power = 10 ** Math.floor(Math.log10(leastStep));
   // minutes and hours; from 45 s on, the next step is a minute, which 50 s would nearly repeat
