@@ -6,7 +6,7 @@ import statistics
 import time
 from collections.abc import Callable
 
-ROUNDS = 15
+ROUNDS = 15  # chosen freely
 
 
 def batch_seconds(work: Callable[[], object], batch: int) -> float:

@@ -1,4 +1,4 @@
-"""The files that cxbridge ships, next to the package or inside it, and the address of its daemon."""
+"""The files that cxbridge ships, next to the package or inside it; the version, and the daemon's address."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def shipped_dir(name: str) -> Path:
-    """Return a folder of shipped files: ``interfaces``, ``luaskills`` or ``scenarios``.
+    """Return a folder of shipped files: ``interfaces``, ``luaskills``, ``scenarios`` or ``templates``.
 
     :raises CxbridgeError: if the installation is incomplete.
     """
@@ -41,7 +41,10 @@ def shipped_scenarios(incomplete: str = "") -> list[str]:
 
 
 def shipped_interfaces(incomplete: str = "") -> list[str]:
-    """Return the shipped interface types whose names start with a text; empty if incomplete."""
+    """Return the shipped interface types whose names start with a text.
+
+    The list is empty if the installation is incomplete.
+    """
     return [file.stem for file in _shipped_files("interfaces", "*.xml") if file.stem.startswith(incomplete)]
 
 

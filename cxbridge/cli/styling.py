@@ -69,7 +69,7 @@ def _fill_optional_values(arguments: Sequence[str], options: Sequence[str]) -> l
 
 def style(command: Any) -> Any:
     """Give the help of a command and its subcommands the common style; return the command."""
-    # an epilog, because click would refill a paragraph of the help and join the lines of the example
+    # an epilog, which the help shows after the options
     description, example_heading, example = (command.help or "").partition(EXAMPLE)
     if example_heading:
         command.help = description

@@ -24,7 +24,7 @@ CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
 SPEECH_CHOICES = ("off", "on")
 MAX_TIMEOUT_S = 1e9
-"""The longest timeout of a run in seconds: 30 years, far within the range of clocks."""
+"""The longest timeout of a run in seconds: about 32 years, far within the range of clocks."""
 
 # `--trace scenario.yaml` is a likely slip, e.g. after an option without its value.
 _INPUT_SUFFIXES = (".clp", ".lua", ".pddl", ".xml", ".yaml")
@@ -206,7 +206,8 @@ class ScenarioOptions:
 class ExecutionOptions:
     """Clock, Skiller, speech and timeout.
 
-    :param clock: the name of the clock; by default virtual, or real with a remote Skiller.
+    :param clock: the name of the clock; by default real with a remote Skiller or a plug-in that needs real
+        time, else virtual.
     :param timeout: the time limit in seconds of the run's clock.
     """
 

@@ -1,4 +1,4 @@
-;;; The action print, without a skill: prints the parameter text to the logical name severity.
+;;; The action print, without a skill: prints its parameter text to the router in its parameter severity.
 
 (defrule talk-print-start
   ?action <- (plan-action (action-name print) (state PENDING) (executable TRUE)

@@ -1,8 +1,8 @@
 ;;; The plan for a room: the remaining work in the room.
 
-(deffunction room-step (?goal ?plan ?me ?step ?action ?names ?values)
+(deffunction room-step (?goal-id ?plan ?me ?step ?action ?names ?values)
   "Assert an action of the plan, and return the id of the next action."
-  (assert (plan-action (id ?step) (goal-id ?goal) (plan-id ?plan) (action-name ?action)
+  (assert (plan-action (id ?step) (goal-id ?goal-id) (plan-id ?plan) (action-name ?action)
                        (param-names ?names) (param-values ?values) (skiller ?me)))
   (+ ?step 1))
 

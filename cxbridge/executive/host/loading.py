@@ -83,7 +83,7 @@ class ClipsLoader:
     """Loads files into one environment and collects their mistakes.
 
     :param env: the environment's pointer.
-    :param log: gets a line for each mistake.
+    :param log: gets the log lines about mistakes.
     :param is_native: returns whether a file belongs to the built-in core, which keeps 6.4's `modify`.
     :param owner: the environment's name in events.
     :ivar diagnostics: the mistakes of all files.
@@ -302,7 +302,7 @@ class ClipsLoader:
             (log or self._log).log(Level.DEBUG if self.is_quiet else level, text)
 
     def _warn_about_redefinitions(self, source: ClipsSource) -> None:
-        """Report constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
+        """Log constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
         defined: set[tuple[str, str]] = set()
         for construct in source.constructs:
             find = _FIND_CONSTRUCT.get(construct.kind)

@@ -61,7 +61,7 @@ class SkillBoardComponent(Component):
 def _make_execution(context: Run) -> Execution:
     """Return the function that executes calls. With ``--skiller simulator`` the function simulates failures.
 
-    :raises SkillerError: if the configuration of failures is wrong.
+    :raises CxbridgeError: if the configuration of failures is wrong.
     """
     if context.execution is not None:
         return context.execution

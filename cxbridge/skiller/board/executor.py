@@ -101,7 +101,7 @@ def _find_line(error: BaseException, file: Path) -> int | None:
 
 
 def error_text(error: BaseException) -> str:
-    """Return the text of an error, with its type unless the text is a message for users."""
+    """Return the text of an error, with its type unless it is a `CxbridgeError` or a syntax error."""
     if isinstance(error, CxbridgeError):
         return error.message
     return error.msg if isinstance(error, SyntaxError) else f"{type(error).__name__}: {error}"

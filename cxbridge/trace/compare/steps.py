@@ -124,8 +124,8 @@ class Step(NamedTuple):
 
     :param names: the names in the key, in order, as numbers by first appearance in the run.
     :param position: the number of the event among the compared events, from 0.
-    :param msgid: the message id in the state of a Skiller or interface, see :class:`~.checks.PairChecks`;
-        None without such an id.
+    :param msgid: the message id in a fact, or in the state of a Skiller or interface, see
+        :class:`~.checks.PairChecks`; None without such an id.
     :param details: the key of the details, such as parameters, if they differ from those of the preceding
         event of the same goal or plan-action.
     """

@@ -41,7 +41,7 @@ _LEVELS = {level.value: level for level in Level}
 _BUFFER_SIZE = 64 * 1024  # in bytes; chosen freely
 _FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 _DAY_US = 24 * 3600 * MICROSECONDS
-_MAX_DELAY_US = 3600 * MICROSECONDS  # of an entry behind a later entry; chosen freely
+_MAX_DELAY_US = 3600 * MICROSECONDS  # how far entries may be out of order; chosen freely
 
 
 class FawkesLog(Run):

@@ -85,7 +85,7 @@ class ExecutionOptions:
         return self.jobs or len(usable_cores)
 
     def check(self) -> None:
-        """Raise `CxbridgeError` if an option is invalid on this system."""
+        """Raise `CxbridgeError` if an option is invalid, or impossible on this system."""
         if not self.cpu_limit_s > 0:  # also refuses NaN
             raise CxbridgeError(
                 f"--patience cannot be {self.cpu_limit_s:g}", hint="use a number of seconds greater than 0"

@@ -47,7 +47,10 @@ class ExploreResult:
 
     @property
     def violations(self) -> list[dict[str, Any]]:
-        """The violated properties, each with its counterexample, or with its shortest path."""
+        """The violated properties, each with its counterexample, or with the choices of a run.
+
+        That run has the fewest choices, unless it was given up or is in a cycle.
+        """
         graph = self.graph
         violations: dict[str, dict[str, Any]] = {}
         for edge, leaf in graph.leaves.items():
@@ -113,7 +116,7 @@ class ExploreResult:
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
         for violation in self.violations:
-            # "words" is the sentence of the counterexample, which cycles and running explorations lack
+            # "words" is the sentence of the counterexample, which endless runs and running explorations lack
             message = violation.get("words") or violation["message"]
             yield f"violated: {violation['property']}: {message}"
             for choice in violation["choices"]:

@@ -49,7 +49,8 @@ async def run_command(*arguments: str, timeout_s: float) -> tuple[int, str]:
         finally:
             await _end_process(process)
     status = process.returncode or 0
-    if status >= _MIN_ERROR_STATUS and status != _TIMEOUT_STATUS:
+    # a negative status is the number of the signal that ended the process
+    if not 0 <= status < _MIN_ERROR_STATUS and status != _TIMEOUT_STATUS:
         raise CxbridgeError(
             errors.strip().removeprefix("cxbridge: error: ")
             or output.strip()

@@ -65,7 +65,7 @@ def make_model(kind: str, answer: type[Struct]) -> type[Model]:
 
 
 def convert_unknown(value: object) -> Any:
-    """Return a replacement for a value that msgspec cannot encode: of a mapping a dictionary, else a text."""
+    """Replace a value that msgspec cannot encode: return a dictionary for a mapping, else a text."""
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 

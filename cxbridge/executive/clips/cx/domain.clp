@@ -111,7 +111,7 @@
 ; --- functions
 
 (deffunction domain-wipe
-  "Retract the domain and all its groundings; rules retract the facts that are derived from these."
+  "Retract the domain and all its groundings; rules retract derived facts except domain-obj-is-of-type."
   ()
   (progn$ (?template (create$ domain-fact domain-object domain-object-type domain-predicate
                               domain-effect domain-operator domain-operator-parameter

@@ -56,7 +56,7 @@
   (if (not (deftemplate-slot-existp ?template ?slot)) then (return ""))
   (if (not (deftemplate-slot-multip ?template ?slot)) then
     (return (str-cat "(" ?slot " " (bson-get ?doc ?field) ")")))
-  ; as in Fawkes, the values of a list become symbols
+  ; as in Fawkes, the texts of a list lose their quotes, and become symbols
   (bind ?symbols (create$))
   (progn$ (?value (bson-get-array ?doc ?field))
     (bind ?symbols (create$ ?symbols (sym-cat ?value)))

@@ -25,7 +25,7 @@ class Modify:
     :cvar name: the name in messages.
     :cvar retracts: whether the changed fact is retracted.
     :param env: the environment's pointer.
-    :param log_error: receives CLIPS' message about an impossible modify. The right-hand side then ends.
+    :param log_error: receives CLIPS' message about an impossible modify.
     """
 
     name: ClassVar = "modify"

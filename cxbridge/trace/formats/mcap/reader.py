@@ -191,7 +191,7 @@ class _ChannelDecoders:
         self._types_by_schema_name = {
             f"cxbridge.{event_type.__name__}": event_type
             for event_type in event_types
-            if event_type.KIND.name
+            if event_type.KIND.name  # events without a name are not recorded
         }
         self.decoders: dict[int, Callable[[bytes], Event]] = {}
         self._decoders_by_schema: dict[int, Callable[[bytes], Event]] = {}

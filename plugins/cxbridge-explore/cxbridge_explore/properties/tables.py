@@ -68,12 +68,15 @@ class FactTables:
 
 
 class ChangeFlag:
-    """Records whether facts of some deftemplates have changed since the last query."""
+    """Records whether facts of some deftemplates have changed since the last query.
+
+    :ivar is_pending: whether they have changed; true before the first query.
+    """
 
     def __init__(self) -> None:
         self.is_pending = True
 
     def take_pending(self) -> bool:
-        """Return whether facts have changed, and reset the record."""
+        """Return `is_pending`, and reset it."""
         was_pending, self.is_pending = self.is_pending, False
         return was_pending

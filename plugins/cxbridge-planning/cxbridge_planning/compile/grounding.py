@@ -43,7 +43,7 @@ _GOAL_FACT: Final = Fact("goal reached", ())
 class _GroundCase:
     """A case of a ground action, or of the goal (without action).
 
-    :param missing_count: the number of positive facts of the condition that are not reached yet.
+    :param missing_count: the number of positive facts of the condition that are not reached and joined yet.
     """
 
     action: PlannedAction | None

@@ -29,6 +29,7 @@ from cxbridge_ros2.node import (
 from cxbridge_ros2.qos import PROFILES, QosProfile
 
 # Limit for nodes that respond to each other forever: the clock would never advance.
+# The number is chosen freely.
 MAX_SETTLING_ROUNDS: Final = 10_000
 
 
@@ -116,7 +117,7 @@ class LocalNode(Node):
             for subscription in list(graph.subscriptions.get(topic, ())):
                 subscription.node.queue_message(topic, subscription, type_name, encoded_message)
 
-        # closed by nothing, since the graph does not know publishers
+        # closing does nothing, since the graph does not record publishers
         return Publisher(publish, lambda: len(graph.subscriptions.get(topic, ())), lambda: None)
 
     def _subscribe(

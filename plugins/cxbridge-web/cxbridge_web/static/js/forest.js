@@ -36,8 +36,8 @@ export function forestOfGoals(goals) {
 
 /**
  * The rows of a table, in the order of the trees.
- * @param isFlat whether to list only the goals that fit, without their trees
- * @param fits(goal) whether the filter wants a goal
+ * @param isFlat whether to list the goals without their trees, also those below closed goals
+ * @param fits(goal) whether to list a goal
  * @param closed the keys of goals whose children are hidden
  * @returns {{goal, depth, open, inside}[]} `open` is null for a goal without children; `inside` is the number
  * of hidden goals below a closed goal

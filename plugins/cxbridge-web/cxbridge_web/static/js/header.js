@@ -28,8 +28,8 @@ const breakOf = ({ stopped }) => stopped && "The rules are stopped: " + (stopped
 /** The components that are not active, one a line. */
 const troublesOf = ({ components }) =>
   components
-    .filter((each) => each.state.toLowerCase() !== "active")
-    .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : ""))
+    .filter(({ state }) => state.toLowerCase() !== "active")
+    .map(({ name, state, reason }) => name + ": " + state + (reason ? ", " + reason : ""))
     .join("\n");
 
 const TICK_MS = 250; // the period of the clock

@@ -6,7 +6,7 @@ import { skillBadge } from "cx/outcome.js";
 
 export const STATUS = "SkillerInterface::";
 export const DEBUG = "SkillerDebugInterface::";
-const MOST_CALLS = 50;
+const MOST_CALLS = 50; // in a list; chosen freely
 
 /** A test of calls: whether a call is of a Skiller; with several agents the Skiller's id is AGENT/ID. */
 const isOf = (skiller) => (call) => call.skiller === skiller || call.lane === skiller;
@@ -25,13 +25,13 @@ const stateOf = ({ skill_string: text, status, error, exclusive_controller: cont
  */
 export function skillerState(model, skiller, active) {
   const call = model.calls.findLast(isOf(skiller)),
-    status = model.interfaces.get(STATUS + skiller),
+    skillerInterface = model.interfaces.get(STATUS + skiller),
     debug = model.interfaces.get(DEBUG + skiller)?.values;
   const state = {
     ...{ text: "", status: "INACTIVE", error: "", controller: "" },
     ...(active && stateOf({ ...active, skill_string: active["skill-string"] })),
     ...(call && { text: call.text, status: call.status }),
-    ...(status && stateOf(status.values)),
+    ...(skillerInterface && stateOf(skillerInterface.values)),
     graph: active?.graph ?? "",
   };
   // the interface also holds the list of skills, and graphs that other clients asked for
