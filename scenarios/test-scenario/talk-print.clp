@@ -1,4 +1,5 @@
-;;; The action print, without a skill: prints its parameter text to the router in its parameter severity.
+;;; The action print, without a skill. It prints the value of its parameter text to the router that its
+;;; parameter severity names.
 
 (defrule talk-print-start
   ?action <- (plan-action (action-name print) (state PENDING) (executable TRUE)

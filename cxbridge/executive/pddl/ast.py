@@ -233,7 +233,7 @@ class FormulaNode(PlacedNode, frozen=True):
     def _holds(self, state: State, binding: Binding) -> bool:
         if not self.KIND.is_condition:
             return False
-        if self.reduced is self:  # a class with neither method must not pass for a false condition
+        if self.reduced is self:  # without either method, the call would never end
             raise NotImplementedError(f"{type(self).__name__} has neither _holds nor reduced")
         return self.reduced.holds(state, binding)
 

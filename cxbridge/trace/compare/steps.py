@@ -53,13 +53,13 @@ class KeyForm(NamedTuple):
 
     :param thread: the fields that identify the goal, plan, Skiller or interface of the event, or the rules or
         facts of an environment.
-    :param content: the other fields.
+    :param other_fields: the fields besides those of the thread.
     :param subject_format: the thread in reports as a format string, with the event as ``{0}``; empty for
         details, which reports show with their event.
     """
 
     thread: tuple[str, ...]
-    content: tuple[str, ...]
+    other_fields: tuple[str, ...]
     subject_format: str
 
 
@@ -94,10 +94,14 @@ _NAMED_FIELDS: Final = frozenset(
 )
 """The fields with names that differ between runs; a class or a mode may look like an id of gensym."""
 
-_FIELD_GETTERS: Final = {kind: attrgetter(*form.thread, *form.content) for kind, form in KEY_FORMS.items()}
+_FIELD_GETTERS: Final = {
+    kind: attrgetter(*form.thread, *form.other_fields) for kind, form in KEY_FORMS.items()
+}
 
 _NAMED_PARTS: Final = {
-    kind: [index for index, field in enumerate((*form.thread, *form.content), 1) if field in _NAMED_FIELDS]
+    kind: [
+        index for index, field in enumerate((*form.thread, *form.other_fields), 1) if field in _NAMED_FIELDS
+    ]
     for kind, form in KEY_FORMS.items()
 }
 """The indices of the parts of keys that may have names."""
@@ -174,16 +178,16 @@ class StepReader:
         self._missing_details = missing_details or {}
         self._shared = {} if shared is None else shared
         self._namer = Namer()
-        self._skillers = StaleStateFilter()
+        self._skiller_filter = StaleStateFilter()
         self._last_details: dict[Key, tuple[Key, Key]] = {}
 
     def read(self, run: Run, view: View, selection: Selection | None = None) -> Iterator[tuple[Step, Event]]:
         """Yield the steps of the run with their events."""
         for event in compared_contents(run, view, selection):
             # reports number the compared events of the file, so that dropped states of Skillers count, too
-            content = self._skillers.fresh_state(event) if isinstance(event, SkillStatus) else event
-            if content is not None:
-                yield self._make_step(content), content
+            fresh_event = self._skiller_filter.fresh_state(event) if isinstance(event, SkillStatus) else event
+            if fresh_event is not None:
+                yield self._make_step(fresh_event), fresh_event
             self.count += 1
 
     def _make_step(self, event: Event) -> Step:
@@ -235,7 +239,7 @@ class StepReader:
         missing = self._missing_details.get(event.KIND.name, ())
         details = tuple(
             "" if field in missing else replace_times(replace_times_of_day(text, event.time_us))
-            for field, text in zip(KEY_FORMS[kind].content, recorded[subject_length:], strict=True)
+            for field, text in zip(KEY_FORMS[kind].other_fields, recorded[subject_length:], strict=True)
         )
         self._last_details[subject] = (recorded, details)
         # a run without details has empty texts
@@ -300,7 +304,7 @@ def describe_changes(a: NamedKey, b: NamedKey) -> str:
     With more than :data:`MAX_NAMED_CHANGES` differing fields, the phrase is ``another event``.
     """
     form = KEY_FORMS[a[0][0]]
-    parts = zip(form.thread + form.content, _parts_with_names(*a), _parts_with_names(*b), strict=True)
+    parts = zip(form.thread + form.other_fields, _parts_with_names(*a), _parts_with_names(*b), strict=True)
     nouns = [_NOUNS.get(field, field) for field, part_a, part_b in parts if part_a != part_b]
     return f"another {' and '.join(nouns)}" if len(nouns) <= MAX_NAMED_CHANGES else "another event"
 

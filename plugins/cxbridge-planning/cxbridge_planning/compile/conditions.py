@@ -74,7 +74,8 @@ class DnfConverter:
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
 
-        :raises PlanningError: if there are too many alternatives, or if the condition has times or numbers.
+        :param formula: a condition without numbers; None: always true.
+        :raises PlanningError: if there are too many alternatives, or if the condition has times.
         """
         if formula is None:
             return FALSE if is_negated else TRUE
@@ -96,7 +97,7 @@ class DnfConverter:
                     for inner_binding in self.extend_binding(variables, binding)
                 )
                 return _conjoin(operands) if (quantifier == "forall") != is_negated else _unite(operands)
-        raise PlanningError(f"a condition cannot contain {type(formula).__name__}")
+        raise PlanningError(f"a condition cannot contain {formula.KIND.feature or formula.head}")
 
     def extend_binding(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield the binding extended by each choice of objects for the variables."""

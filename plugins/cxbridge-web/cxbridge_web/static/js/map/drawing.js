@@ -3,8 +3,8 @@
 import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, line, niceStep } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 
-const LEAST_SCALE = 2, // pixels a metre
-  MOST_SCALE = 4000, // pixels a metre
+const MIN_SCALE = 2, // pixels a metre
+  MAX_SCALE = 4000, // pixels a metre
   KEY_STEP = 40, // pixels that an arrow key moves the map
   KEY_ZOOM = 1.3, // the factor of a key
   MARGIN = 1.25; // the width of the fitted map, as a multiple of the width of its items
@@ -80,9 +80,9 @@ export class Drawing {
   }
   /** Scale the map around a pixel, whose place on the map stays below it. */
   zoom(factor, x = this.canvas.width / 2, y = this.canvas.height / 2) {
-    const [xBefore, yBefore] = this.metres(x, y);
-    this.scale = Math.min(MOST_SCALE, Math.max(LEAST_SCALE, this.scale * factor));
-    const [xAfter, yAfter] = this.metres(x, y);
+    const [xBefore, yBefore] = this.toMetres(x, y);
+    this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.scale * factor));
+    const [xAfter, yAfter] = this.toMetres(x, y);
     this.x += xBefore - xAfter;
     this.y += yBefore - yAfter;
     this.move(0, 0);
@@ -110,19 +110,19 @@ export class Drawing {
       [low, high] = range(1),
       scaleFor = (room, span) => room / Math.max(1, span * MARGIN), // at least a metre is visible
       scale = Math.min(scaleFor(width, right - left), scaleFor(height, high - low));
-    this.scale = Math.min(MOST_SCALE, Math.max(LEAST_SCALE, scale));
+    this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, scale));
     this.fitted = width + " " + height;
     this.centre((left + right) / 2, (low + high) / 2);
     return true;
   }
 
   /** The pixel of a place on the map. */
-  at(x, y) {
+  toPixels(x, y) {
     const { width, height } = this.canvas;
     return [width / 2 + (x - this.x) * this.scale, height / 2 - (y - this.y) * this.scale];
   }
   /** The place on the map of a pixel. */
-  metres(x, y) {
+  toMetres(x, y) {
     const { width, height } = this.canvas;
     return [this.x + (x - width / 2) / this.scale, this.y - (y - height / 2) / this.scale];
   }
@@ -132,7 +132,7 @@ export class Drawing {
     const nodes = this.graphs.flatMap((graph) => Object.entries(graph.nodes)),
       candidates = [...this.items, ...nodes.map(([name, node]) => ({ ...node, name, kind: "node" }))];
     const isClose = (item) => {
-      const [left, top] = this.at(item.x, item.y);
+      const [left, top] = this.toPixels(item.x, item.y);
       return Math.hypot(left - x, top - y) <= NEAR;
     };
     return candidates.find(isClose) || null;
@@ -159,13 +159,13 @@ export class Drawing {
   /** Draw lines at round distances, about 90 pixels apart; the lines through the origin are stronger. */
   paintGrid(context, width, height, colours) {
     const step = (this.gridStep = niceStep(width / this.scale, width / 90)),
-      [left, top] = this.metres(0, 0),
-      [right, low] = this.metres(width, height),
-      look = (at) => ({ stroke: colours.line, alpha: at === 0 ? 1 : 0.45 });
-    for (let at = Math.ceil(left / step); at * step <= right; at++)
-      line(context, [this.at(at * step, top), this.at(at * step, low)], look(at));
-    for (let at = Math.ceil(low / step); at * step <= top; at++)
-      line(context, [this.at(left, at * step), this.at(right, at * step)], look(at));
+      [left, top] = this.toMetres(0, 0),
+      [right, low] = this.toMetres(width, height),
+      look = (index) => ({ stroke: colours.line, alpha: index === 0 ? 1 : 0.45 });
+    for (let index = Math.ceil(left / step); index * step <= right; index++)
+      line(context, [this.toPixels(index * step, top), this.toPixels(index * step, low)], look(index));
+    for (let index = Math.ceil(low / step); index * step <= top; index++)
+      line(context, [this.toPixels(left, index * step), this.toPixels(right, index * step)], look(index));
   }
 
   /** Draw a bar as long as a step of the grid, with its length, at the lower left. */
@@ -192,7 +192,7 @@ export class Drawing {
   paintGraph(context, { nodes, edges }, colours) {
     for (const { from, to, directed } of Object.values(edges)) {
       if (!nodes[from] || !nodes[to]) continue;
-      const ends = [nodes[from], nodes[to]].map(({ x, y }) => this.at(x, y));
+      const ends = [nodes[from], nodes[to]].map(({ x, y }) => this.toPixels(x, y));
       line(context, ends, { stroke: colours.dim, width: 1.6 });
       if (directed) this.paintArrow(context, ...ends, colours.dim);
     }
@@ -201,7 +201,7 @@ export class Drawing {
       // a metre)
       isNamed = Object.keys(nodes).length * 900 < width * height || this.scale > 60;
     for (const [name, node] of Object.entries(nodes)) {
-      const [x, y] = this.at(node.x, node.y),
+      const [x, y] = this.toPixels(node.x, node.y),
         fill = node.unconnected ? colours.back : colours.panel;
       dot(context, x, y, 5, { fill, stroke: colours.dim, width: 1.6 });
       if (isNamed) this.paintText(context, name, x + 8, y - 5, colours.text, colours.back, "bottom");
@@ -230,16 +230,16 @@ export class Drawing {
   /** Draw the path of an item, and a dotted line to the goal of its navigator. */
   paintTrail(context, { colourNumber, kind, trail, goal, x, y }, { series }) {
     const look = { stroke: series[colourNumber], alpha: 0.6, width: kind === "frame" ? 1.2 : 2.4 },
-      way = trail.map((point) => this.at(...point));
+      way = trail.map((point) => this.toPixels(...point));
     line(context, way, { ...look, dash: dashOf(colourNumber) });
     if (!goal) return;
-    const place = this.at(goal.x, goal.y);
-    line(context, [this.at(x, y), place], { ...look, dash: [2, 4] });
+    const place = this.toPixels(goal.x, goal.y);
+    line(context, [this.toPixels(x, y), place], { ...look, dash: [2, 4] });
     dot(context, ...place, 6, { ...look, dash: [2, 4] });
   }
 
   paintRobot(context, item, colours) {
-    const place = this.at(item.x, item.y),
+    const place = this.toPixels(item.x, item.y),
       [x, y] = place,
       size = Math.max(10, Math.min(26, 0.16 * this.scale)), // a radius of 16 cm, but 10 to 26 pixels
       alpha = item.seen ? 1 : 0.45,
@@ -250,7 +250,7 @@ export class Drawing {
         context,
         place,
         -item.yaw, // the y axis of the canvas points down
-        ROBOT.map((point) => point.map((at) => at * size)),
+        ROBOT.map((point) => point.map((coordinate) => coordinate * size)),
         look,
       );
     if (item.isMarked) dot(context, x, y, size + 6, { stroke: colours.focus, width: 2 });
@@ -258,9 +258,9 @@ export class Drawing {
   }
 
   paintFrame(context, item, colours) {
-    const [x, y] = this.at(item.x, item.y);
-    for (const [at, stroke] of AXES.entries()) {
-      const angle = (item.yaw ?? 0) + (at * Math.PI) / 2, // the y axis is a quarter turn from the x axis
+    const [x, y] = this.toPixels(item.x, item.y);
+    for (const [axis, stroke] of AXES.entries()) {
+      const angle = (item.yaw ?? 0) + (axis * Math.PI) / 2, // the y axis is a quarter turn from the x axis
         end = [x + 20 * Math.cos(angle), y - 20 * Math.sin(angle)];
       line(context, [[x, y], end], { stroke, width: 2.2 });
     }
