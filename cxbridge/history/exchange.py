@@ -267,7 +267,8 @@ class BoardExecutions:
                 self._running[key] = _RunningCall(call, summary, count + 1)
                 # an executor has no skill string: pages show the progress in place of a skill string
                 report = f"{message.progress:.0%} {message.status}".rstrip()
-                call.skill_string = truncate(f"{summary}: {count + 1} feedback messages, the last: {report}")
+                noun = "messages" if count else "message"
+                call.skill_string = truncate(f"{summary}: {count + 1} feedback {noun}, the last: {report}")
             elif message.type == "FINISH":
                 call = self._running.pop(key).call
                 call.end = moment

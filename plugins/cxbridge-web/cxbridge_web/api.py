@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 MAX_BODY_BYTES: Final = 1 << 20  # the largest size of a request body
 
-BODY_TIMEOUT_S: Final = 10.0  # time limit for receiving a body; chosen freely
+BODY_TIMEOUT_S: Final = 10.0  # time limit for receiving a body
 
-MAX_WAITING_REQUESTS: Final = 16  # number of requests that may run in a thread or wait for one; chosen freely
+MAX_WAITING_REQUESTS: Final = 16  # number of requests that may run in a thread or wait for one
 
 _THREAD_COUNT: Final = 4  # number of threads that wait for answers; further requests wait for a thread
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}

@@ -19,7 +19,7 @@ from cxbridge.printing import short_path
 from cxbridge_web.models import Model
 
 _CORE_FOLDER: Final = Path(cxbridge.executive.__file__).parent / "clips"
-_MAX_CACHED_FILES: Final = 1000  # chosen freely: more files than an agent has
+_MAX_CACHED_FILES: Final = 1000  # more files than an agent has
 
 
 class Construct(Model, kw_only=True):

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
     from cxbridge_web.host import WebHost
 
-POLL_PERIOD_S: Final = 0.05  # time between two bunches of events; chosen freely
+POLL_PERIOD_S: Final = 0.05  # time between two bunches of events
 
-KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a comment; chosen freely
+KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a comment
 
-_RETRY_MS: Final = 2000  # time after which a browser reconnects; chosen freely
+_RETRY_MS: Final = 2000  # time after which a browser reconnects
 
-MAX_CLIENTS: Final = 100  # number of simultaneous clients; chosen freely
+MAX_CLIENTS: Final = 100  # number of simultaneous clients
 
 # The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group in GROUPS,
 # and of the group of all other kinds. The largest 64-bit integer has 19 digits.

@@ -39,7 +39,7 @@ class BrowserOptions:
     ] = False
 
     def announce(self, url: str) -> None:
-        """Print the address of the page, and open it in a browser on a desktop without ``--no-browser``."""
+        """Print the address of the page; without ``--no-browser``, open it from a terminal on a desktop."""
         say(f"The page is at {url}", err=True, flush=True)
         if not self.no_browser and sys.stderr.isatty() and has_desktop():
             import threading  # noqa: PLC0415 - start-up time is a feature

@@ -16,8 +16,8 @@ from cxbridge_web.pages import make_page
 
 MCAP: Final = "mcap"  # the format that the page reads without conversion
 
-# The number of unfinished or failed goals of an environment whose explanations a report contains. Chosen
-# freely; each explanation takes time and space.
+# The number of unfinished or failed goals of an environment whose explanations a report contains:
+# each explanation takes time and space.
 MAX_EXPLANATIONS: Final = 20
 
 

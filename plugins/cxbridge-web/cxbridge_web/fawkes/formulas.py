@@ -50,7 +50,7 @@ FORMULA_TEMPLATES: Final = (
     "grounded-pddl-predicate",
 )
 
-_MAX_DEPTH: Final = 64  # limit of nested formulas, since asserted facts may form a ring; chosen freely
+_MAX_DEPTH: Final = 64  # limit of nested formulas, since asserted facts may form a ring
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,6 @@ MAP_FRAME: Final = "map"
 
 _Point: TypeAlias = tuple[float, float]
 
-# sizes and colours are chosen freely
 _NODE_DIAMETER_M: Final = 0.12
 _EDGE_WIDTH_M: Final = 0.03
 _LABEL_HEIGHT_M: Final = 0.2  # height of the letters, and of their place above the node

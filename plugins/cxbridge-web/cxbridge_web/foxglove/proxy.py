@@ -20,7 +20,7 @@ from cxbridge.listening import LOOPBACK, is_loopback
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 from cxbridge_web.origins import LOCAL_NAMES, has_host_name, is_permitted_request
 
-# The limits on connections, heads and times were chosen freely, far above the needs of Foxglove.
+# The limits on connections, heads and times are far above the needs of Foxglove.
 MAX_CONNECTIONS: Final = 64  # number of simultaneous connections
 
 _MAX_HEAD_BYTES: Final = 16_384  # size of the head of a request

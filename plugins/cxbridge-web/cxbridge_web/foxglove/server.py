@@ -21,8 +21,8 @@ from cxbridge_web.foxglove.proxy import FoxgloveProxy, choose_hidden_host
 from cxbridge_web.foxglove.schemas import make_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-# The number of states per topic that are kept for later subscribers: those that were updated last. Chosen
-# freely; without a limit, a long run with ever new goals would fill the memory.
+# The number of states per topic that are kept for later subscribers: those that were updated last. Without
+# a limit, a long run with ever new goals would fill the memory.
 MAX_STATES_PER_TOPIC: Final = 1000
 
 _COMPONENT: Final = "Foxglove"
@@ -91,7 +91,7 @@ class FoxgloveServer(ServerListener):
             proxy.close()
 
     def serve_new_subscribers(self) -> None:
-        """Send the kept states to new subscribers. Called in each loop of the main loop."""
+        """Send the kept states to new subscribers. Called once a loop."""
         if not self._new_topics:
             return
         with self._lock:

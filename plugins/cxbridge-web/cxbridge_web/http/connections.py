@@ -8,7 +8,7 @@ from typing import Any, Final
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 # The period of checks for progress: an idle connection is closed after one to two periods, 10 to 20 s, as
-# docs/rest.md says. The number was chosen freely.
+# docs/rest.md says.
 IDLE_LIMIT_S: Final = 10.0
 
 

@@ -1,7 +1,7 @@
 // The state that views share: the model with its event stream, the selection, the daemon's status.
 import SITE from "shared/site.js";
 import { get, post, throttled } from "cx/api.js";
-import { countFrom, el } from "cx/dom.js";
+import { countFrom, el, plural } from "cx/dom.js";
 import { readModels } from "cx/env.js";
 import { Model } from "cx/model.js";
 import { MAIN_ENV } from "cx/names.js";
@@ -49,7 +49,7 @@ class App extends EventTarget {
     // the list of goals that was read first is older than the events that had to wait
     caughtUp: () => this.readGoals(),
     dropped: ({ count }) => {
-      this.toast(count + " events were missed: the page reads the views again");
+      this.toast("Missed " + plural(count, "event") + ": the page reads the views again");
       this.renew();
     },
   });

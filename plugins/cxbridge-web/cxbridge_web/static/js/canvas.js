@@ -9,8 +9,10 @@ const FONT = "12px system-ui, sans-serif";
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
 export const dashOf = (number) => DASHES[number % DASHES.length];
 
-/** A round step of a grid, 1, 2 or 5 times a power of ten, that divides a span into about `count` parts; 1
- * for a span without a positive, finite step. */
+/**
+ * A round step of a grid, 1, 2 or 5 times a power of ten, that divides a span into about `count` parts; 1 for
+ * a span without a positive, finite step.
+ */
 export function niceStep(span, count) {
   const exactStep = span / Math.max(1, count);
   if (!(exactStep > 0) || !Number.isFinite(exactStep)) return 1;

@@ -74,7 +74,8 @@ export class Detail {
     this.box = el("aside.tl-detail", { "aria-label": "Details", tabindex: 0 });
     this.story = new Story(host);
     this.signature = ""; // identifies the drawn content
-    this.changeCounts = ""; // the numbers of changes of the goal and its actions, at the last request for plans
+    // the numbers of changes of the goal and its actions, at the last request for plans
+    this.changeCounts = "";
     this.target = ""; // identifies the drawn item and moment
     this.drawnAt = -Infinity;
     this.timer = null;

@@ -119,7 +119,10 @@ function sayCount(input) {
   if (count && count.textContent) document.getElementById("said").textContent = count.textContent + " shown";
 }
 
-/** The search field of a list; the page's key `/` selects it. @param onSearch(text) gets the text in lower case */
+/**
+ * The search field of a list; the page's key `/` selects it.
+ * @param onSearch(text) gets the text in lower case
+ */
 export function search(label, onSearch) {
   const input = textInput({ type: "search", class: "find", placeholder: label + "  /", "aria-label": label });
   let timer = null;

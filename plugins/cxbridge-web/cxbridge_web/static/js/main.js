@@ -7,7 +7,7 @@ import { header } from "cx/header.js";
 import { keys } from "cx/keys.js";
 import { openNoRun, openNotFound } from "cx/not_found.js";
 import { palette } from "cx/palette.js";
-import { dropZone, bytesInside, openLinked } from "cx/recording/open.js";
+import { bytesInside, dropZone, openLinked } from "cx/recording/open.js";
 import { scrubber } from "cx/recording/scrubber.js";
 import { parseAddress } from "cx/selection.js";
 import { applyTheme } from "cx/theme.js";

@@ -88,7 +88,7 @@ export class Model {
 
   apply(event) {
     const { kind } = event,
-      handler = !isUnnamed(event) && this["on_" + kind.replace("-", "_")]; // not for all kinds
+      handler = !isUnnamed(event) && this["on_" + kind.replace("-", "_")]; // undefined for other kinds
     if (event.time_us > this.time) this.time = event.time_us;
     if (!this.isWhole) this.history.apply(event);
     this.step = this.isWhole ? event.step : this.history.steps;

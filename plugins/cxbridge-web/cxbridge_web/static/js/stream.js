@@ -16,7 +16,7 @@ export class Stream {
 
   /**
    * @param handlers.event(event) gets each event; handlers.state(state) the state "open" or "lost";
-   * handlers.hello(hello) the begin of each connection; handlers.restarted() is called before it if the
+   * handlers.hello(hello) the begin of each connection; handlers.restarted() is called before hello if the
    * daemon is another process; handlers.dropped({count}) gets the number of events that the daemon left out;
    * handlers.caughtUp() is called at the end of a queue that took several slices
    */

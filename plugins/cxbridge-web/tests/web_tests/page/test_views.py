@@ -260,7 +260,7 @@ def test_page_shows_missed_events_and_reloads(tab, site, daemon):
     tab.wait_for_selector("#state >> text=RUNNING")
     wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 1)
     daemon.send_events({"kind": "dropped", "count": 12})
-    tab.wait_for_selector("text=12 events were missed")
+    tab.wait_for_selector("text=Missed 12 events")
     wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 2)
 
 

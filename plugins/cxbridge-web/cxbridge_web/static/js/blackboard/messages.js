@@ -1,6 +1,6 @@
 // Messages of an interface: the sent messages, and a form.
 import { escapePart, idPath, post } from "cx/api.js";
-import { gatedSubmit, choice, clockText, el, form, refill, textInput } from "cx/dom.js";
+import { choice, clockText, el, form, gatedSubmit, refill, textInput } from "cx/dom.js";
 
 const MOST_MESSAGES = 20; // of the list
 let chosenMessage = ""; // a type of messages; kept while other interfaces are shown

@@ -1,5 +1,5 @@
 // Two runs side by side: `cxbridge view A B`, and the page of `cxbridge trace diff --html`.
-import { button, dim, el, none, note, pairs, refill, secondsText, wideTable } from "cx/dom.js";
+import { button, dim, el, none, note, pairs, plural, refill, secondsText, wideTable } from "cx/dom.js";
 import { notes, section } from "cx/documents/parts.js";
 import { OUTCOMES } from "cx/outcome.js";
 
@@ -100,7 +100,7 @@ function goalRow({ a, b, label, depth }, report) {
 function goalRows(report) {
   const isTimed = report.unit === "s",
     marks = SIDES.map((side) => el("i", { class: "pair-mark " + side, hidden: true })),
-    lengthText = (side) => (isTimed ? report.end[side].toFixed(1) + " s" : report.end[side] + " steps");
+    lengthText = (side) => (isTimed ? report.end[side].toFixed(1) + " s" : plural(report.end[side], "step"));
   const node = el(
     "div.pair",
     el(
@@ -110,7 +110,7 @@ function goalRows(report) {
     ),
     el("div.pair-marks", { "aria-hidden": "true" }, el.span(), el.span(marks)),
     el.ol(report.goals.map((row) => goalRow(row, report))),
-    report.more_goals ? note("and " + report.more_goals + " more goals") : null,
+    report.more_goals ? note("and " + plural(report.more_goals, "more goal")) : null,
   );
   function mark(context) {
     for (const [index, side] of SIDES.entries()) {

@@ -1,5 +1,5 @@
 // An exploration: a map of its runs, the effects of faults, and the parts of the agent that no run reached.
-import { el, link, none, note, wideTable } from "cx/dom.js";
+import { el, link, none, note, plural, wideTable } from "cx/dom.js";
 import { lanes } from "cx/documents/lanes.js";
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
@@ -50,7 +50,7 @@ function map(rows) {
   };
   const undrawnCount = rows.length - drawn.length,
     end = Math.max(...drawn.map((number) => rows[number].end_s)),
-    about = drawn.length + " runs over time; the table below tells how they ended";
+    about = plural(drawn.length, "run") + " over time; the table below tells how they ended";
   return [
     notes(undrawnCount ? [undrawnCount + " runs of " + rows.length + " are not drawn"] : []),
     lanes(drawn.map(lane), end, about),

@@ -197,8 +197,7 @@ export class Drawing {
       if (directed) this.paintArrow(context, ...ends, colours.dim);
     }
     const { width, height } = this.canvas,
-      // names would cover a crowded map, as each needs about 900 square pixels, unless it is zoomed in (60 pixels
-      // a metre)
+      // each name needs about 900 square pixels: names would cover a crowded map with a small scale
       isNamed = Object.keys(nodes).length * 900 < width * height || this.scale > 60;
     for (const [name, node] of Object.entries(nodes)) {
       const [x, y] = this.toPixels(node.x, node.y),

@@ -49,7 +49,7 @@ export class Recording {
   countBefore(time) {
     return countWhile(this.events, (event) => event.time_us < time);
   }
-  /** The log lines between two times, including those at both: {time, step, level, component, text}. */
+  /** The log lines from one time to another, both included: {time, step, level, component, text}. */
   lines(from, to) {
     return this.events
       .slice(this.countBefore(from), this.countBefore(to + 1))

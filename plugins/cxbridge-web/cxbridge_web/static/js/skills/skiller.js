@@ -6,7 +6,7 @@ import { skillBadge } from "cx/outcome.js";
 
 export const STATUS = "SkillerInterface::";
 export const DEBUG = "SkillerDebugInterface::";
-const MOST_CALLS = 50; // in a list; chosen freely
+const MOST_CALLS = 50; // in a list
 
 /** A test of calls: whether a call is of a Skiller; with several agents the Skiller's id is AGENT/ID. */
 const isOf = (skiller) => (call) => call.skiller === skiller || call.lane === skiller;

@@ -1,5 +1,6 @@
 // The history of a run: goals, plan-actions, skill calls and errors with their changes over time, read from
 // events. Timeline, goals and reports take all times from here.
+import { plural } from "cx/dom.js";
 import { hasEnded, skillOutcome } from "cx/outcome.js";
 import { MAIN_ENV, bare, countWhile, fields, goalKey, isUnnamed } from "cx/names.js";
 import { agentAndId, BoardMessages, laneOf } from "cx/timeline/board.js";
@@ -377,7 +378,7 @@ export class History {
       else if (type === "FEEDBACK") {
         call.feedbacks = (call.feedbacks || 0) + 1;
         const lastFeedback = (Math.round(progress * 100) + "% " + status).trimEnd();
-        call.text = text + ": " + call.feedbacks + " feedback messages, the last: " + lastFeedback;
+        call.text = text + ": " + plural(call.feedbacks, "feedback message") + ", the last: " + lastFeedback;
       } else if (type === "FINISH")
         this.endCall(call, hasSucceeded ? "S_FINAL" : "S_FAILED", hasSucceeded ? "" : status);
     }

@@ -40,7 +40,7 @@ const cutTo = (text, room) => {
   return mostLetters < 3 ? "" : text.slice(0, mostLetters - 1) + "…";
 };
 
-/** Draws the parts of a scene, each with a method of its name. */
+/** Draws the parts of a scene. */
 export class Painter {
   /**
    * @param context of a canvas

@@ -1,5 +1,5 @@
-// The rows of the timeline: robots, planners, then the trees of goals with their plan-actions; folds and filters; the
-// names of rows, also for screen readers.
+// The rows of the timeline: robots, planners, then the trees of goals with their plan-actions; folds and
+// filters; the names of rows, also for screen readers.
 import { dim, durationText, el } from "cx/dom.js";
 import { forestOfGoals } from "cx/forest.js";
 import { OUTCOME_NAMES, OUTCOMES } from "cx/outcome.js";

@@ -118,9 +118,7 @@ export function open(root, app) {
     );
     drawFacts(latestChanges);
   }
-  /**
-   * The robot of a track, whose name contains the robot's, or in a run with one robot and one pose; "": none.
-   */
+  /** The robot in the name of a track, else the only robot of a run with one pose; "" without a robot. */
   function robotOf(track, callsByRobot) {
     const names = [...callsByRobot.keys()],
       named = names.find((name) => track.name.toLowerCase().includes(name.toLowerCase())),

@@ -42,7 +42,8 @@ function addChange(list, { env, time_us: time, asserted, template, text }, step)
 }
 
 class ChangeStore extends Store {
-  ownTemplates = new Map(); // environment -> {source, own}: the agent's own templates, and the run that named them
+  // environment -> {source, own}: the agent's own templates, and the run that named them
+  ownTemplates = new Map();
 
   constructor(app) {
     super(app, (events = []) => {

@@ -1,5 +1,5 @@
 // The robots over time: a lane with the skill calls of each robot, and the state of each robot at a moment.
-import { clockText, dim, durationText, el, link, redraw } from "cx/dom.js";
+import { clockText, dim, durationText, el, link, plural, redraw } from "cx/dom.js";
 import { OUTCOMES, skillBadge, skillOutcome } from "cx/outcome.js";
 import { pathTo, timelineAddress } from "cx/timeline/host.js";
 import { robotNames } from "cx/timeline/rows.js";
@@ -55,7 +55,7 @@ export class Lanes {
       this.choose(Math.round(from + ((to - from) * (clientX - left)) / width));
     };
     const lane = ([name, calls]) => {
-      const about = { role: "img", "aria-label": name + ": " + calls.length + " skill calls" },
+      const about = { role: "img", "aria-label": name + ": " + plural(calls.length, "skill call") },
         bars = calls.slice(-MOST_BARS).map((call) => bar(call, share, to));
       return el(
         "div.lane",
